@@ -177,8 +177,8 @@ static bool parse_board_seed(struct arguments *a, const char *text)
 
 /* ---- options and help ---- */
 
-/* An option and the member that it sets. FLAG: no value; WORD: index in `words`; OWN: parsed by a
- * function. */
+/* An option and the member that it sets. FLAG: no value; WORD: index in `words`; PARSED: parsed by
+ * a function. */
 enum kind { KIND_FLAG, KIND_TEXT, KIND_REAL, KIND_UNSIGNED, KIND_SIGNED, KIND_WORD, KIND_PARSED };
 
 static const struct option {
@@ -222,12 +222,10 @@ static const struct option {
         "are sent to this base"),
     WORD_OPTION("--parity", "P", parity, "none|even|odd|board",
                 "parity at the other end of the serial line: none, even, odd or board (the same as "
-                "the\nboard); default: none, and board for a pty: link"),
-    NUMBER_OPTION(
-        "--baud", "N", KIND_UNSIGNED, options.host_baud, 1200, 10e6,
-        "bit rate at the other end of the serial line; default: 2000000, and for a pty: link "
-        "as set at "
-        "the\nterminal"),
+                "the\nboard); default: none; for a pty: link, board"),
+    NUMBER_OPTION("--baud", "N", KIND_UNSIGNED, options.host_baud, 1200, 10e6,
+                  "bit rate at the other end of the serial line; default: 2000000; for a pty: "
+                  "link, the\nrate set at the terminal"),
     TEXT_OPTION("--rig", "RUNFILE", rig,
                 "run file (matrig-run format) that moves the rig; default: nothing moves"),
     TEXT_OPTION("--replay", "FILE", replay,
@@ -266,9 +264,8 @@ static const struct option {
         "--flash", "FILE", flash,
         "file with the content of the flash: read at the start if it exists, written at the end.\n"
         "--elf overwrites the sectors that the image uses"),
-    TEXT_OPTION(
-        "--nor", "FILE", nor,
-        "file with the content of the black box's memory, read and written as with --flash"),
+    TEXT_OPTION("--nor", "FILE", nor,
+                "file with the content of the black box's memory, read and written like --flash"),
     PARSED_OPTION("--temperature", "C[,C/h]", parse_temperature,
                   "mat temperature and its rise per hour; none: no thermometer; default: 20"),
     FLAG_OPTION("--jumper", options.is_jumper_fitted, "fit the maintenance jumper"),
@@ -281,9 +278,8 @@ static const struct option {
     WORD_OPTION(
         "--times", "T", options.cell_times, "spread|typical|max",
         "times of flash and NOR operations: spread (random), typical or max; default: spread"),
-    TEXT_OPTION(
-        "--faults", "FILE", faults,
-        "faults to inject: a matrig-faults file (hil/README.md); each is reported on stderr"),
+    TEXT_OPTION("--faults", "FILE", faults,
+                "faults to inject (matrig-faults file, hil/README.md); each is reported on stderr"),
     FLAG_OPTION(
         "--alignment", options.is_alignment_checked,
         "raise a fault on unaligned multiple and double transfers, as the hardware does; makes "
@@ -291,16 +287,15 @@ static const struct option {
     PARSED_OPTION("--rules", "R", parse_rules,
                   "action on a violated timing or electrical rule at the pins: stop, count, off, "
                   "or\ncount:NAME,... (count these rules, stop on others); default: stop"),
-    TEXT_OPTION(
-        "--margins", "FILE", margins,
-        "write for each rule the number of checks, the smallest margin and where it occurred"),
+    TEXT_OPTION("--margins", "FILE", margins,
+                "write per rule the number of checks, and the smallest margin with its place"),
     FLAG_OPTION("--trace", trace, "report exceptions and unusual events on stderr"),
     TEXT_OPTION("--gdb", "PORT", gdb,
                 "wait for gdb on this port of 127.0.0.1 (0: any free port, which is printed) or at "
                 "unix:PATH"),
     WORD_OPTION("--gdb-time", "T", gdb_time, "stands|runs",
-                "virtual time while gdb holds the board: stands, or runs in real time. Then links "
-                "and\nconverters continue, and timers and watchdog stop if DBGMCU requests it; "
+                "virtual time while gdb holds the board: stands, or runs in real time. If it runs, "
+                "links\nand converters continue; timers and watchdog stop if DBGMCU requests it; "
                 "default: stands"),
     TEXT_OPTION(
         "--vcd", "FILE", vcd,
@@ -470,7 +465,7 @@ static enum mr_status check_board(const struct arguments *a)
 {
     if (a->options.is_boot0_high && !a->options.type->is_rom_on_serial)
         return refuse("--boot0: the boot ROM of board %s cannot be reached on its serial link; "
-                      "program such a board through its ST-LINK",
+                      "program this board through its ST-LINK",
                       hil_board_type_name(a->options.type));
     return MR_OK;
 }

@@ -566,7 +566,7 @@ static enum mr_status read_file(struct hil_board *board, const char *path, uint8
         return record_file_failure(board, MR_IO, path, "cannot be read; give a different file");
     if (more)
         return record_file_failure(board, MR_MALFORMED, path,
-                                   "larger than the memory that it fills; give a different file");
+                                   "larger than the emulated memory; give a different file");
     return MR_OK;
 }
 

@@ -14,9 +14,9 @@
  * block of the firmware, at most a few instructions late.
  *
  * Errors: functions that can fail return an enum mr_status and set a line of text for
- * hil_board_failure_reason(). When hil_board_run_until fails, the board stops at the cause: MR_UNMODELLED
- * (an access or a setting that the emulator does not model; the text has address, size and PC) or
- * MR_HALTED (lockup, or a setting that would damage hardware or make it fail).
+ * hil_board_failure_reason(). When hil_board_run_until fails, the board stops at the cause:
+ * MR_UNMODELLED (an access or a setting that the emulator does not model; the text has address,
+ * size and PC) or MR_HALTED (lockup, or a setting that would damage hardware or make it fail).
  *
  * Two boards share no state; use each board in one thread only. The same ELF, options, run file and
  * injected input give the same output, byte for byte. */

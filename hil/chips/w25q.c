@@ -91,7 +91,7 @@ static void on_operation_end(void *device, uint64_t at)
     end_operation_if_due(dev, hil_clock_ps_at_cycle(&dev->core->state.clock, at));
 }
 
-/* True if the fault script orders this program or erase to fail. */
+/* True if the fault script requests that this program or erase fails; uses up the request. */
 static bool take_failure_request(struct hil_w25q_device *dev, bool program)
 {
     struct hil_nor_fault_requests *orders = dev->fault_requests;

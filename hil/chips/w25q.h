@@ -22,7 +22,7 @@
 
 struct hil_rules_device;
 
-/* Earlier events from which the rules measure the time to the next command. */
+/* Earlier events; the rules check the time from them to the next command. */
 struct hil_w25q_times {
     uint8_t previous_command; /* previous command; 0: none since power on */
     uint8_t pause_command;    /* executed command that must be followed by a pause; 0: none */
@@ -52,12 +52,12 @@ struct hil_w25q {
     /* the operation in progress */
     uint8_t operation_command;                     /* its command; 0: none */
     uint32_t first_cell, cell_count;               /* cells being changed */
-    uint64_t operation_begin_ps, operation_end_ps; /* end_ps HIL_NEVER: until a reset */
+    uint64_t operation_begin_ps, operation_end_ps; /* end HIL_NEVER: until a reset */
     /* totals */
     uint64_t operation_count; /* programs and erases begun since creation */
     uint64_t random_state;
-    /* Set by the fault script. is_dead: the chip does not respond; is_stuck: it is always busy;
-     * is_failing: the operation in progress changes nothing. */
+    /* Set by the fault script. is_dead: the chip does not respond; is_always_busy: also after a
+     * reset; is_operation_failing: the operation in progress changes nothing. */
     bool is_dead, is_always_busy, is_operation_failing;
     /* sectors that may contain bytes other than 0xff */
     uint8_t used_sectors[HIL_NOR_SIZE / HIL_NOR_SECTOR_BYTES / 8u];
@@ -73,7 +73,8 @@ struct hil_nor_fault_requests {
     uint32_t failing_program_count; /* number of following page programs that change nothing */
     uint32_t failing_erase_count;
     uint32_t
-        hanging_operation_count; /* number of following programs and erases that do not end until a reset */
+        /* number of following programs and erases that do not end until a reset */
+        hanging_operation_count;
 };
 
 struct hil_w25q_device {

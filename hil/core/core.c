@@ -270,10 +270,10 @@ void hil_core_skip_to_event(struct hil_core *core)
 /* ---- registers ---- */
 
 /* clang-format off */
-#define REGISTER_ROW(loose, access, offset, count, stride, name, reset, plain, action, status, partly, \
-    refused, what)                                                                            \
-    {offset, count, stride, access, loose, #name, reset, plain, action, status, partly, refused, \
-     what},
+#define REGISTER_ROW(loose, access, offset, count, stride, name, reset, plain, action, status, \
+    partly, refused, what)                                                                     \
+    {offset, count, stride, access, loose, #name, reset, plain, action, status, partly,        \
+     refused, what},
 #define REG(access, offset, count, stride, name, ...) \
     REGISTER_ROW(false, access, offset, count, stride, name, __VA_ARGS__)
 #define LOOSE(access, offset, count, stride, name, ...) \
@@ -320,7 +320,7 @@ const char *hil_register_refusal(const struct hil_register *r, uint32_t value)
         return r->explanation;
     if (!r->allows_reserved &&
         (changed & ~(r->plain_bits | r->action_bits | r->status | r->conditional_bits)))
-        return "a reserved bit is changed: it must be kept at its reset value";
+        return "a reserved bit does not keep its reset value";
     return NULL;
 }
 

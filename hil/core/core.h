@@ -210,7 +210,7 @@ struct hil_core {
     struct hil_memory *memory; /* page-aligned; the core runs directly on this memory */
     struct uc_struct *uc;
     FILE *trace;               /* NULL, or the file for exceptions and unusual events */
-    bool is_alignment_checked; /* hil_options.check_alignment */
+    bool is_alignment_checked; /* hil_options.is_alignment_checked */
     /* length of an instruction in 1/HIL_PARTS_PER_CYCLE cycles, from hil_options.cpi */
     uint32_t instruction_cycle_parts;
 

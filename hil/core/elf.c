@@ -39,7 +39,7 @@ static enum mr_status check_header(const struct image *image)
         return refuse_image(image, MR_MALFORMED, "an ELF of type %u, not a linked executable",
                             h->e_type);
     if (h->e_phentsize < sizeof(Elf32_Phdr) || h->e_phnum == 0)
-        return refuse_image(image, MR_MALFORMED, "has no program headers, so nothing to load");
+        return refuse_image(image, MR_MALFORMED, "has no program headers: nothing to load");
     if (h->e_phoff + (uint64_t)h->e_phentsize * h->e_phnum > image->size)
         return refuse_image(image, MR_TRUNCATED, "ends inside its program headers");
     return MR_OK;

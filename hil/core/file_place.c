@@ -53,7 +53,7 @@ static enum mr_status refuse_missing(const struct hil_file_place *at, const char
     bool relative = at->path[0] != '/' && getcwd(folder, sizeof folder);
     enum mr_status status = hil_file_refuse(
         at, MR_IO, "%s%s%s; %s%s", strerror(ENOENT), relative ? " in the folder " : "", folder,
-        own ? "the file of matrig is " : advice, own ? own : "");
+        own ? "the file installed with matrig is " : advice, own ? own : "");
     free(own);
     return status;
 }

@@ -41,8 +41,8 @@ enum hil_irq {
 };
 
 void hil_nvic_reset(struct hil_nvic *nvic);
-/* Recomputes `best`, `best_group` and `active_group`. Call after any change of the sets or
- * priorities. */
+/* Recomputes `next_exception`, `next_group_priority` and `active_group_priority`. Call after any
+ * change of the sets or priorities. */
 void hil_nvic_update(struct hil_core *core);
 /* Sets the level of a peripheral's interrupt line. A line that is high when its handler returns
  * becomes pending again. */

@@ -179,7 +179,7 @@ enum hil_event_slot {
 struct hil_events {
     uint64_t due_cycle[HIL_EVENT_SLOTS];
     uint64_t due_ps[HIL_EVENT_SLOTS]; /* HIL_NEVER: the slot is set in cycles */
-    uint64_t next_cycle;              /* earliest time in at_cycle */
+    uint64_t next_cycle;              /* earliest time in due_cycle */
     unsigned next_slot;               /* first slot that is due at next_cycle */
 };
 

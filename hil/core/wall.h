@@ -25,9 +25,9 @@ void hil_pace_wait(const struct hil_pace *pace, uint64_t t_ps, const volatile in
 /* Call when the piece that ends at t_ps has been run. */
 void hil_pace_record(struct hil_pace *pace, uint64_t t_ps);
 
-/* Sets *stop to HIL_STOP_BY_WALL_LIMIT after limit_s of wall clock (0: no limit). If the process still runs
- * HIL_WALL_GRACE_S later (it waits for an event that does not occur, or virtual time does not
- * advance), prints a message and exits with 3. */
+/* Sets *stop to HIL_STOP_BY_WALL_LIMIT after limit_s of wall clock (0: no limit). If the process
+ * still runs HIL_WALL_GRACE_S later (it waits for an event that does not occur, or virtual time
+ * does not advance), prints a message and exits with 3. */
 #define HIL_STOP_BY_WALL_LIMIT 2
 #define HIL_WALL_GRACE_S       5
 void hil_wall_clock_set_limit(double limit_s, volatile int *stop);

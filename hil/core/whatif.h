@@ -6,8 +6,8 @@
  * stores to peripherals, and memory at the end must be the same. The state of the board itself does
  * not change.
  *
- * Limitations: a run is followed for HIL_WHATIF_INSTRUCTIONS_MAX instructions, or until it sleeps, ends
- * an exception or faults. Later decisions are not detected, nor are values that are stored in
+ * Limitations: a run is followed for HIL_WHATIF_INSTRUCTIONS_MAX instructions, or until it sleeps,
+ * ends an exception or faults. Later decisions are not detected, nor are values that are stored in
  * memory and overwritten before the end. In the copy, the register being read keeps its value and
  * every other read of a peripheral gives 0, so the run may follow a path that the program would not
  * take. Stores to the stack do not count as differences (compilers save registers that are never
@@ -15,8 +15,8 @@
  * after it.
  *
  * After a change of code or a reset, a load with the same bits in question and the same LR is
- * tested HIL_WHATIF_TESTS_PER_LOAD times. If the bits never mattered, later loads are assumed not to matter:
- * a program that ignores the value at first and uses it later is not detected. */
+ * tested HIL_WHATIF_TESTS_PER_LOAD times. If the bits never mattered, later loads are assumed not
+ * to matter: a program that ignores the value at first and uses it later is not detected. */
 #ifndef MATRIG_HIL_WHATIF_H
 #define MATRIG_HIL_WHATIF_H
 

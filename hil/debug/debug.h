@@ -6,7 +6,7 @@
  * block: it is counted once, interrupted only at its end, and its accesses have the time of its
  * start. A break therefore changes nothing.
  *
- * A watchpoint holds the board after the instruction that made the access (`watch_pc`); the rest of
+ * A watchpoint holds the board after the instruction that made the access (`hit_pc`); the rest of
  * the block is executed instruction by instruction. It detects accesses by the core, not by DMA. A
  * step runs the handlers of interrupts that occur during the step. */
 #ifndef MATRIG_HIL_DEBUG_H
@@ -52,7 +52,7 @@ struct hil_debug {
 
     bool is_stepping, has_stepped; /* a step was requested; its instruction has been executed */
     unsigned step_depth;           /* active exceptions at the start of the step */
-    /* execution continues with the instruction at resumed_pc, without breaking there again */
+    /* execution continues with the instruction at resume_pc, without breaking there again */
     bool is_resuming;
     uint32_t resume_pc;
 };

@@ -59,8 +59,8 @@ static int parse_hex_digit(char c)
                                 : -1;
 }
 
-/* Converts hex text to at most `room` bytes and returns their number. The reverse, to_hex, returns
- * the position of the terminating 0. */
+/* Converts hex text to at most `room` bytes and returns their number. The reverse, format_hex,
+ * returns the position of the terminating 0. */
 static size_t parse_hex(const char *text, uint8_t *bytes, size_t room)
 {
     size_t n = 0;
@@ -83,7 +83,7 @@ static char *format_hex(char *text, const void *bytes, size_t n)
     return text;
 }
 
-/* Ends the connection and reports it to `lost`. */
+/* Ends the connection and reports it to `on_lost`. */
 static void drop_connection(struct hil_gdb_connection *line)
 {
     if (line->fd >= 0)

@@ -138,11 +138,11 @@ enum mr_status hil_profile_end(struct hil_board *board, const struct mr_symbols 
     for (size_t i = 0; i < count; i++)
         total += rows[i].instructions;
     fprintf(file,
-            "matrig-board profile: %llu instructions in %.6f s of virtual time, asleep %.2f %% of "
-            "its cycles\n"
+            "matrig-board profile: %llu instructions in %.6f s of virtual time, asleep for %.2f %% "
+            "of the cycles\n"
             "%15llu  %6.2f  floating point divide, root\n"
             "%15llu  %6.2f  in the boot ROM\n\n"
-            "by function (entries: calls, and returns to its first instruction)\n"
+            "by function (entries: calls and branches to the first instruction)\n"
             "   instructions       %%       entries  function\n",
             (unsigned long long)total, (double)hil_board_now_ps(board) * 1e-12,
             compute_percent(hil_board_counters(board)->asleep_cycles, hil_now_cycle(&board->core)),

@@ -8,7 +8,7 @@
 #include "hil/board/board.h"
 #include "hil/core/nvic.h"
 
-/* Lanes of every trace: scope, name, bits, and the present value. */
+/* Signals of every trace: scope, name, bits, and the present value. */
 /* clang-format off */
 #define SIGNAL_TABLE(X)                                                                           \
     X(pins, PD12_excitation_plus, 1, hil_board_pin_level(board, 3, 12))                          \
@@ -25,7 +25,7 @@
     X(core, resets, 16, (uint32_t)state->counters.resets & 0xffffu)                        \
     X(core, hclk_hz, 32, state->clock.hclk_hz)
 /* clang-format on */
-#define SIGNAL_INDEX(scope, name, bits, now) LANE_##name,
+#define SIGNAL_INDEX(scope, name, bits, now) SIGNAL_##name,
 enum { SIGNAL_TABLE(SIGNAL_INDEX) FIXED_SIGNAL_COUNT };
 
 #define SIGNALS_MAX       (FIXED_SIGNAL_COUNT + HIL_EXCEPTIONS)
@@ -47,7 +47,8 @@ struct hil_vcd {
     uint32_t value[SIGNALS_MAX];
     unsigned bits[SIGNALS_MAX];
     char identifier[SIGNALS_MAX][4];
-    unsigned exception_count; /* number of lanes of single exceptions, from FIXED_SIGNAL_COUNT on */
+    /* number of signals of single exceptions, from FIXED_SIGNAL_COUNT on */
+    unsigned exception_count;
     uint8_t exception[HIL_EXCEPTIONS];
 };
 
@@ -61,8 +62,8 @@ static void declare_signal(struct hil_vcd *vcd, const char *name, unsigned bits)
             vcd->identifier[n], name);
 }
 
-/* Adds a lane for each exception with a handler of its own: its vector is not 0 and is not the most
- * common vector. */
+/* Adds a signal for each exception with a handler of its own: its vector is not 0 and is not the
+ * most common vector. */
 static void declare_exceptions(struct hil_vcd *vcd, const struct hil_board *board,
                                const struct mr_symbols *symbols)
 {
@@ -145,7 +146,7 @@ static void change_value(struct hil_vcd *vcd, unsigned signal, uint32_t value, u
 static void read_fixed_values(const struct hil_board *board, uint32_t value[FIXED_SIGNAL_COUNT])
 {
     const struct hil_core_state *state = &board->core.state;
-#define SIGNAL_VALUE(scope, name, bits, now) value[LANE_##name] = now;
+#define SIGNAL_VALUE(scope, name, bits, now) value[SIGNAL_##name] = now;
     SIGNAL_TABLE(SIGNAL_VALUE)
 }
 

@@ -19,7 +19,8 @@
 #define CAN_EXTENDED     0x80000000u /* linux/can.h: CAN_EFF_FLAG, CAN_RTR_FLAG, CAN_ERR_FLAG */
 #define CAN_REMOTE       0x40000000u
 #define CAN_ERROR        0x20000000u
-/* limit of the output that waits for a link with is_dropping, in addition to the kernel's buffer */
+/* limit of the output that waits for a link with drops_when_full, in addition to the kernel's
+ * buffer */
 #define BUFFER_MAX_BYTES 65536u
 #define CLOSE_TIMEOUT_MS 500
 #define POLL_INTERVAL_MS 100
@@ -125,7 +126,8 @@ enum mr_status hil_socket_listen(const char *option, const char *path, int *list
     struct stat st;
     if (strlen(path) >= sizeof address.sun_path) {
         snprintf(error, size,
-                 "%s: socket path of %zu characters, at most %zu fit; give a shorter path than %s",
+                 "%s: the socket path has %zu characters, the maximum is %zu; give a shorter path "
+                 "than %s",
                  option, strlen(path), sizeof address.sun_path - 1, path);
         return MR_USAGE;
     }
@@ -137,7 +139,8 @@ enum mr_status hil_socket_listen(const char *option, const char *path, int *list
         return MR_IO;
     }
     if (is_listening(&address)) {
-        snprintf(error, size, "%s: another program listens on %s; end it or give a different path",
+        snprintf(error, size,
+                 "%s: another program listens on %s; end that program or give a different path",
                  option, path);
         return MR_IO;
     }
@@ -335,8 +338,8 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
             return MR_CLOSED;
         if (hil_wall_clock_ms() - moved > stall_ms) {
             snprintf(error, size,
-                     "%s: the host has not read from %s for %.4g s; check that it is running, or "
-                     "wait longer with --stall S",
+                     "%s: the host has not read from %s for %.4g s; check that the host is "
+                     "running, or wait longer with --stall S",
                      get_link_noun(link), link->path, stall_ms * 1e-3);
             return MR_TIMEOUT;
         }

@@ -303,7 +303,7 @@ static bool plan_sequence(struct hil_adc_device *dev, unsigned unit)
                  pin = PIN_NUMBER(input_pins[unit][channel]);
         if (!hil_board_type_has_pin(dev->options->type, port, pin)) {
             hil_core_stop(dev->core, MR_HALTED,
-                          "conversion of P%c%u, a pin missing in this package", 'A' + port, pin);
+                          "conversion of P%c%u, a pin that this package lacks", 'A' + port, pin);
             return false;
         }
         a->source[k] = (int8_t)dev->analogue.source(dev->analogue.context, port, pin);
@@ -412,8 +412,9 @@ static void write_cr2(struct hil_adc_device *dev, unsigned unit, uint32_t value)
     uint32_t before = a->cr2;
     uint32_t armed = value & ~before & CR2_EXTEN_RISING;
     if (armed && (a->trigger_levels >> (value >> 24 & 15u) & 1u))
-        hil_bus_refuse(dev->core,
-                       "EXTEN while the trigger is high: the chip may detect this as an edge");
+        hil_bus_refuse(
+            dev->core,
+            "EXTEN is set while the trigger is high: the chip may detect this as an edge");
     a->cr2 = value & ~CR2_SWSTART;
     if (value & ~before & CR2_ADON)
         a->switched_on_at = hil_access_moment(dev->core);

@@ -30,7 +30,7 @@ struct hil_adc {
     bool is_sequence_running;
     uint64_t start_cycle;     /* start of the first sampling window */
     uint32_t clock_cycles;    /* HCLK cycles per ADC clock in this sequence */
-    bool is_sequence_planned; /* length, channels and end_clock match the registers */
+    bool is_sequence_planned; /* the plan of the sequence matches the registers */
     /* HCLK for which `remaining_share` was computed, with `clock_cycles` */
     uint32_t planned_hclk_hz;
     uint8_t sequence_length, sampled_count, delivered_count;
@@ -91,7 +91,7 @@ void hil_adc3_event(void *device, uint64_t at);
  * of the previous channel in the sample capacitor.
  *
  * Each conversion contains a fraction of the step from the previously sampled voltage. The fraction
- * has two parts: the charge that the pin's capacitor has not replaced (`kick_rel`), and the
+ * has two parts: the charge that the pin's capacitor has not replaced (`kickback_rel`), and the
  * incomplete settling within the sampling window, exp(-t / ((RADC + source) CADC)). RADC = 6 kOhm
  * and CADC = 7 pF are the maxima of DS8626 table 67. Units are LSB of 4096 codes; sources are
  * numbered as by
@@ -113,9 +113,9 @@ struct hil_adc_errors {
 };
 
 /* Draws the nonlinearity of a capacitive converter: steps where the upper bits carry, up to
- * HIL_ADC_DNL_MAX_LSB (DS8626 table 68: ED is typically 1, at most 2), plus a smooth bow that sets the
- * peak of the curve to `peak_lsb`. The ends of the curve are 0, because EL is relative to the line
- * through them. */
+ * HIL_ADC_DNL_MAX_LSB (DS8626 table 68: ED is typically 1, at most 2), plus a smooth bow that sets
+ * the peak of the curve to `peak_lsb`. The ends of the curve are 0, because EL is relative to the
+ * line through them. */
 #define HIL_ADC_DNL_MAX_LSB 2.0
 void hil_adc_draw_inl(float curve_lsb[HIL_ADC_CODES], double peak_lsb, uint64_t *random);
 

@@ -657,13 +657,13 @@ static void write_filter(struct hil_can_device *dev, uint32_t offset, uint32_t v
     struct hil_can *c = dev->state;
     bool initialising = (c->fmr & 1u) != 0;
     if (offset > FMR && offset < FA1R && !initialising)
-        hil_bus_refuse(
-            dev->core,
-            "filter mode, scale or FIFO outside filter initialisation: the chip ignores the write");
+        hil_bus_refuse(dev->core, "filter mode, scale or FIFO is written outside filter "
+                                  "initialisation: the chip ignores the write");
     if (offset >= FILTER_BANKS && !initialising && (c->fa1r >> (offset - FILTER_BANKS) / 8u & 1u))
-        hil_bus_refuse(dev->core, "the bank of an active filter: the chip ignores the write");
+        hil_bus_refuse(dev->core,
+                       "the bank of an active filter is written: the chip ignores the write");
     if (offset == FA1R && (value & ~c->fs1r))
-        hil_bus_refuse(dev->core, "a filter of 16 bits");
+        hil_bus_refuse(dev->core, "a 16-bit filter");
     *get_filter_register(c, offset) = value;
 }
 
@@ -685,7 +685,8 @@ static void write_control_register(struct hil_can_device *dev, uint32_t offset, 
     case ESR: /* software can write LEC to detect a later change */ c->esr = value & 0x70u; break;
     default:
         if (offset == BTR && !(c->msr & MSR_INAK))
-            hil_bus_refuse(dev->core, "BTR outside initialisation: the chip ignores the write");
+            hil_bus_refuse(dev->core,
+                           "BTR is written outside initialisation: the chip ignores the write");
         c->word[offset / 4u] = value;
         break;
     }

@@ -131,7 +131,7 @@ static void update_irq(struct hil_flash_device *dev)
     hil_irq_set_line(dev->core, HIL_IRQ_FLASH, end || error);
 }
 
-/* Refuses a request and sets the error flags. */
+/* Sets the error flags of a refused request, and counts and reports it. */
 static void set_error_flag(struct hil_flash_device *dev, uint32_t error, const char *why,
                            uint32_t address)
 {
@@ -274,7 +274,7 @@ void hil_flash_interrupt_operation(struct hil_flash_device *dev)
     uint64_t done_ps = now_ps < flash->end_ps ? now_ps - flash->begin_ps
                                               : flash->end_ps - flash->begin_ps;
     unsigned permille = (unsigned)(done_ps * 1000u / (flash->end_ps - flash->begin_ps));
-    hil_trace(dev->core, "flash: operation %llu cut off at %u / 1000",
+    hil_trace(dev->core, "flash: operation %llu interrupted at %u / 1000",
               (unsigned long long)flash->operation_count, permille);
     change_cells_partly(dev, permille);
     stop_operation(dev);
@@ -431,7 +431,7 @@ static void write_acr(struct hil_flash_device *dev, uint32_t value)
 {
     struct hil_rcc *rcc = dev->rcc->state;
     if ((value & ACR_DCRST) && ((rcc->flash_acr | value) & ACR_DCEN))
-        hil_bus_refuse(dev->core, "DCRST while the cache is on: the chip ignores it");
+        hil_bus_refuse(dev->core, "DCRST is set while the cache is on: the chip ignores it");
     else if (value & ACR_DCRST)
         dev->core->state.bank.stale_sectors = 0;
     rcc->is_latency_unread |= (value & ACR_LATENCY) > (rcc->flash_acr & ACR_LATENCY);

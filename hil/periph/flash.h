@@ -8,9 +8,9 @@
  * with all its streams. On hardware a loop in the instruction cache also continues; here it stalls.
  *
  * Flash and option bytes keep their content through resets and power failures. An operation that is
- * interrupted by a reset or a power failure leaves its cells partly changed (hil_cells_change_partly).
- * Interrupted option bytes read as erased: protection level 1, nothing write-protected (RM0090
- * 3.7.1).
+ * interrupted by a reset or a power failure leaves its cells partly changed
+ * (hil_cells_change_partly). Interrupted option bytes read as erased: protection level 1, nothing
+ * write-protected (RM0090 3.7.1).
  *
  * Refused or not modelled: x64 (needs a supply on VPP that the board does not have), write
  * protection and the hardware watchdog by option bytes, programming the one-time area, stop-mode
@@ -40,7 +40,8 @@ enum hil_flash_operation {
 struct hil_flash {
     /* in_rcc: ACR, which is in struct hil_rcc */
     HIL_NAMED_WORDS(word, in_rcc, keyr, optkeyr, sr, cr, optcr);
-    uint8_t key_step, option_key_step; /* steps of the unlocking sequences; see unlock() */
+    uint8_t key_step,
+        option_key_step; /* steps of the unlocking sequences; see check_unlock_key() */
     enum hil_flash_operation operation;
     /* program: offset in flash, value and bytes; erase: offset and bytes */
     uint32_t address, value, size;

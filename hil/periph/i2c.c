@@ -371,7 +371,7 @@ static const char *check_settings(const struct hil_i2c_device *dev)
     if ((i2c->cr2 & CR2_FREQ) != pclk1_mhz)
         return "PE is set, but CR2.FREQ is not PCLK1 in MHz";
     if (i2c->trise != rise_ns * pclk1_mhz / 1000u + 1u) /* RM0090 27.6.9 */
-        return "PE is set, but TRISE is not the longest rise time of SCL";
+        return "PE is set, but TRISE does not give the maximum rise time of SCL";
     return (i2c->ccr & 0xfffu) < least ? "PE is set, but CCR is below its minimum" : NULL;
 }
 

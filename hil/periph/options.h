@@ -83,7 +83,7 @@ struct hil_options {
     int32_t hsi_error_ppm;             /* error of the internal 16 MHz oscillator */
     uint32_t lsi_hz;                   /* clock of the watchdog, 17000 to 47000 */
     uint32_t host_baud;                /* rate of the other end of the serial link */
-    /* parity of the other end; not used if host_parity_follows is set */
+    /* parity of the other end; not used if host_parity_follows_board is set */
     enum hil_parity host_parity;
     bool host_parity_follows_board;
     enum hil_can_bus can_bus;
@@ -97,7 +97,7 @@ struct hil_options {
     bool has_adc_noise; /* false: codes are exact, for tests */
     /* supply of converters and staircase, 2.7 to 3.6 V; 0: nominal supply of the board */
     double vdda_v;
-    /* electronics have random tolerances, from board_seed (hil/rig/electronics.h) */
+    /* electronics have random tolerances, from tolerance_seed (hil/rig/electronics.h) */
     bool has_random_tolerances;
     uint64_t tolerance_seed;
     const struct hil_circuit_figures

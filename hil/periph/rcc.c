@@ -327,11 +327,10 @@ static void check_new_clock_access(void *context)
         has_barrier_between(dev->core, fresh.store_pc, access.pc))
         hil_rules_record_pass(dev->rules, HIL_RULE_CLOCK_ENABLE);
     else
-        hil_rules_record_violation(
-            dev->rules, HIL_RULE_CLOCK_ENABLE, access.pc,
-            "%u instructions after the store at 0x%08x; required: %u cycles, a read "
-            "back or a DSB between",
-            between - 1u, (unsigned)fresh.store_pc, fresh.required_cycles);
+        hil_rules_record_violation(dev->rules, HIL_RULE_CLOCK_ENABLE, access.pc,
+                                   "%u instructions after the store at 0x%08x; required: %u "
+                                   "cycles, a read-back or a DSB in between",
+                                   between - 1u, (unsigned)fresh.store_pc, fresh.required_cycles);
 }
 
 /* A peripheral responds two AHB cycles after its clock is enabled; on APB, 1 + the prescaler. */
@@ -432,7 +431,8 @@ void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     case CSR: write_csr(dev, value); break;
     default:
         if (offset == PLLCFGR && (rcc->cr & CR_PLLON))
-            hil_bus_refuse(dev->core, "PLLCFGR while the PLL is on: the chip ignores the write");
+            hil_bus_refuse(dev->core,
+                           "PLLCFGR is written while the PLL is on: the chip ignores the write");
         rcc->word[offset / 4u] = value;
         break;
     }

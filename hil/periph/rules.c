@@ -299,6 +299,6 @@ void hil_rules_print_tallies(const struct hil_rules_device *dev, FILE *out)
         fprintf(out, "%s; %s\n", rule_table[i].requirement, rule_table[i].source);
     }
     fprintf(out,
-            "edges not judged, because the instruction that wrote the pin was not found: %llu\n",
+            "edges not checked, because the instruction that wrote the pin was not found: %llu\n",
             (unsigned long long)dev->state->unlocated_edge_count);
 }

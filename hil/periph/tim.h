@@ -73,7 +73,7 @@ struct hil_tim11 {
     HIL_NAMED_WORDS(word, cr1, at_04, smcr, dier, sr, egr, ccmr1, at_1c, ccer, cnt, psc, arr, at_30,
                     ccr1, at_38[6], or);
     uint64_t start_ps;      /* time at which counter and capture were switched on; HIL_NEVER: off */
-    uint64_t capture_count; /* captures since began_ps */
+    uint64_t capture_count; /* captures since start_ps */
 };
 
 struct hil_tim11_device {

@@ -516,7 +516,7 @@ enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fa
         due_ps = t_ps + fault->delay_ps;
     } else if (fault->event_number <= get_event_count(dev, fault->trigger)) {
         return refuse_fault(dev, fault, MR_USAGE,
-                            fault->event_number ? "that count has already passed"
+                            fault->event_number ? "the count has already passed this number"
                                                 : "counts begin at 1");
     }
     faults->fault[faults->count] = *fault;
@@ -598,7 +598,7 @@ static const char *const triggers[] = {"at S [+ DELAY_US]", "station FT [+ DELAY
                                        "nor N [+ DELAY_US]"};
 
 /* Patterns of a line, each with its initial fault. The index of the given word among those between
- * | is added to `choice`, a number of kind ORDINAL to `index`. */
+ * | is added to `choice`, a number of kind ORDINAL to `target_index`. */
 #define CHANNEL_WORDS "mend|stick|high|low|open"
 #define LINE_FAULT(on_line)                                                                     \
     {                                                                                           \
@@ -644,8 +644,8 @@ struct reader {
     struct hil_file_place place; /* line: number of the current line */
     const char *elf;
     char *word[WORDS_MAX];
-    unsigned word_count, next_word,
-        farthest_mismatch;      /* wrong: index of the farthest word that did not fit */
+    unsigned word_count, next_word;
+    unsigned farthest_mismatch; /* index of the farthest word that did not fit */
     const char *missing_symbol; /* symbol that the image does not have */
 };
 
@@ -730,7 +730,7 @@ static bool match_word(const char *wanted, const char *word, unsigned *choice)
     }
 }
 
-/* Matches the words from r->next on against a pattern. False: no match, and r->next is
+/* Matches the words from r->next_word on against a pattern. False: no match, and r->next_word is
  * unchanged. */
 static bool match_pattern(struct reader *r, const char *pattern, struct hil_fault *f)
 {

@@ -118,14 +118,15 @@ enum hil_fault_action {
     HIL_FAULT_BIT_FLIP,  /* uses address, bit */
     HIL_FAULT_CAN_BUS,   /* choice: enum hil_can_bus */
     HIL_FAULT_LINE,      /* line, choice: enum hil_line_fault, count, probability, duration_ps */
-    /* index: 0..7 transducers, 8..21 gages, 22 staircase, 23 reference; choice: enum
+    /* target_index: 0..7 transducers, 8..21 gages, 22 staircase, 23 reference; choice: enum
      * hil_channel_fault */
     HIL_FAULT_CHANNEL,
-    HIL_FAULT_SWITCH_SKIP, /* index: number of the switch, from 0 */
-    HIL_FAULT_SWITCH_BOUNCE, /* index: number of the switch, from 0; count; duration_ps between openings */
-    HIL_FAULT_CAMERA,        /* uses count */
-    HIL_FAULT_NOR,           /* choice: enum hil_nor_fault, count */
-    HIL_FAULT_GAGE_DRIFT,  /* index: number of the gage, from 0; gain, offset_lb */
+    HIL_FAULT_SWITCH_SKIP, /* target_index: number of the switch, from 0 */
+    /* target_index: number of the switch, from 0; count; duration_ps between openings */
+    HIL_FAULT_SWITCH_BOUNCE,
+    HIL_FAULT_CAMERA,      /* uses count */
+    HIL_FAULT_NOR,         /* choice: enum hil_nor_fault, count */
+    HIL_FAULT_GAGE_DRIFT,  /* target_index: number of the gage, from 0; gain, offset_lb */
     HIL_FAULT_THERMOMETER, /* choice: enum hil_thermometer_fault, duration_ps of stretch */
     HIL_FAULT_STUCK_BIT,   /* address, bit; choice: level of the bit */
     HIL_FAULT_LAMP,        /* choice: enum hil_lamp_fault */

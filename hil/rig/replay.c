@@ -20,7 +20,8 @@
 /* the one-shot falls 1 us after the capture, because the next edge may be close */
 #define EDGE_PULSE_TICKS       84u
 #define TRAIN_PULSE_TICKS      8400u /* 100 us */
-#define COMMANDS_PER_LINK      2u /* commands from each link that the application handles per block */
+/* commands from each link that the application handles per block */
+#define COMMANDS_PER_LINK      2u
 /* time to the first scan after power on, and time to send the last data */
 #define START_AND_END_MARGIN_S 1.0
 

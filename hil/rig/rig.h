@@ -44,8 +44,8 @@ struct hil_usart_device;
 #define HIL_RIG_SHUNT_LB   40.0
 #define HIL_TRAIN_PULSE_PS 100000000ull /* pulses of camera, brake and wheel: 100 us */
 
-/* A contact. The staircase follows its last movement, beginning at `level` (0 closed, 1 open) at
- * since_ps. */
+/* A contact. The staircase follows its last movement, which began at moved_ps from
+ * `start_level` (0 closed, 1 open). */
 struct hil_contact {
     bool has_moved, is_open, is_skipped;
     uint8_t bounces_left; /* remaining openings */
@@ -55,7 +55,7 @@ struct hil_contact {
     uint64_t next_move_ps;     /* time of the next movement; HIL_NEVER: at rest */
 };
 
-/* Cached settling of the transducers: the share `rest` of a step remains after `taus` time
+/* Cached settling of the transducers: `remaining_share` of a step remains after `taus` time
  * constants; 0: empty entry. */
 #define HIL_SETTLING_CACHE_SIZE 32u
 #define HIL_SETTLING_CYCLES     512u
@@ -118,8 +118,8 @@ void hil_rig_start(struct hil_rig_device *dev);
 void hil_rig_set_excitation(struct hil_rig_device *dev, bool pd12, bool pd13, uint64_t at);
 /* Adds the time since the last change to the counters of the excitation. */
 void hil_rig_count_excitation(struct hil_rig_device *dev, uint64_t at);
-/* Faults (hil/rig/faults.h). hil_rig_set_channel_fault sets the fault of a channel; hil_rig_skip_switch and
- * hil_rig_bounce_switch apply to a switch that has not opened yet. */
+/* Faults (hil/rig/faults.h). hil_rig_set_channel_fault sets the fault of a channel;
+ * hil_rig_skip_switch and hil_rig_bounce_switch apply to a switch that has not opened yet. */
 void hil_rig_set_channel_fault(struct hil_rig_device *dev, unsigned channel,
                                enum hil_channel_fault fault);
 /* Sets the drift of a bridge or its amplifier. Gages count from 0; without drift, gain is 1 and

@@ -205,7 +205,8 @@ static enum mr_status read_samples(struct hil_text_file *r, struct hil_run *run,
         }
         if (!run->sample_count || sscanf(line, "x%u %n", &repeat, &end) != 1 || line[end] ||
             repeat > count - run->sample_count)
-            return refuse_file(r, "`%s` is no repeat count after a row, or exceeds the %u samples",
+            return refuse_file(r,
+                               "`%s` is not a repeat count after a row, or exceeds the %u samples",
                                line, count);
         for (; repeat; repeat--, run->sample_count++)
             memcpy(run->samples[run->sample_count], run->samples[run->sample_count - 1],

@@ -63,7 +63,7 @@ mistakes() { # one line, and the right exit code
         bad 3 'no-such.run' --elf $elf --rig no-such.run && bad 4 'does not begin with' --elf $elf --rig $elf
 }
 wrong_folder() { # where it was looked for, and where the file of that name is
-    fails_with 3 "No such file or directory in the folder $(realpath "$tmp"); the file of matrig is $PWD/tests/runs/landing1.run" \
+    fails_with 3 "No such file or directory in the folder $(realpath "$tmp"); the file installed with matrig is $PWD/tests/runs/landing1.run" \
         env -C "$tmp" "$PWD/$board" --elf "$PWD/$elf" --rig tests/runs/landing1.run &&
         fails_with 3 "No such file or directory in the folder $PWD; give a file that matrig wrote" $board --elf $elf --rig no-such.run
 }

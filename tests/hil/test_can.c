@@ -227,7 +227,7 @@ TEST(test_wrong_drivers)
         uint32_t control;
         const char *reason;
     } cases[] = {
-        {8, "BTR outside initialisation"},
+        {8, "BTR is written outside initialisation"},
         {16, "the value read is written back"},
         {32, "a priority in the lower four bits"},
     };

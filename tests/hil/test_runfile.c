@@ -127,7 +127,7 @@ TEST(test_malformed)
         {"command 0.25", "command 0.75", "order of time"},
         {"samples 4 1000", "samples 4 0000", "rate_hz"},
         {"20 21 22\nx2", "20 21 zz\nx2", "22 integers"},
-        {"x2\n", "x9\n", "is no repeat count"},
+        {"x2\n", "x9\n", "is not a repeat count"},
         {"samples 4", "samples 5", "4 of 5 samples"},
         {"switch 24", "#witch 24", "23 of 24 switches"},
     };
