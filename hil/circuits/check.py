@@ -1,4 +1,4 @@
-"""Holds the schematics against the pin table, the package, the reference rules and themselves."""
+"""Compares the schematics with the pin table, the package, the reference rules and themselves."""
 import os
 import re
 
@@ -23,7 +23,7 @@ def table_rows(path=TABLE):
     kinds = "ANALOGUE|FUNCTION|OUTPUT|INPUT"
     found = re.findall(rf'^({kinds})\((\w), (\d+),[^;]*?(\w+),\s*"([^"]*)"\)$', text, re.M)
     if len(found) != len(re.findall(rf"^(?:{kinds})\(", text, re.M)):
-        raise SystemExit(f"circuits: not every row of {path} is understood")
+        raise SystemExit(f"circuits: {path} has rows that cannot be parsed")
     return [(kind, f"P{port}{number}", signal, words) for kind, port, number, signal, words in found]
 
 
@@ -48,11 +48,11 @@ def reaches(signal):
 
 
 def drc(folder):
-    """Lines of lepton's own design rule check that are no praise; its exit code is always 0."""
+    """Lines of lepton's design rule check that report a problem; its exit code is always 0."""
     text, errors, _ = lepton(folder, ["-g", "drc2"])
     lines = [line for line in text.splitlines() if re.match(r"ERROR|WARNING", line)]
     if "No errors found." not in text and not lines:
-        lines.append(f"ERROR: drc2 said nothing: {errors.strip()}")
+        lines.append(f"ERROR: drc2 printed nothing: {errors.strip()}")
     return ["rules: " + line for line in lines]
 
 
@@ -64,12 +64,12 @@ def table_against_chip(parts, rows):
     for kind, pin, signal, _ in rows:
         number, net = at.get(pin, (None, None))
         if number is None:
-            said.append(f"pins: {signal} is at {pin} in zg.def, which the chip's symbol does not have")
+            said.append(f"pins: zg.def has {signal} at {pin}, a pin that the chip's symbol lacks")
             continue
         if number != place.get(pin):
-            said.append(f"pins: {pin} is pin {place.get(pin)} of the LQFP144, the symbol says {number}")
+            said.append(f"pins: {pin} is pin {place.get(pin)} of the LQFP144, but {number} in the symbol")
         if net != signal:
-            said.append(f"pins: {pin} is on net {net}, zg.def calls it {signal}")
+            said.append(f"pins: {pin} is on net {net}, but zg.def names it {signal}")
         for end in reaches(signal):
             if end not in on_net.get(signal, set()):
                 said.append(f"pins: {signal} does not reach pin {end[1]} of {end[0]}")
@@ -78,7 +78,7 @@ def table_against_chip(parts, rows):
         if label in OWN and OWN[label] not in (None, net):
             said.append(f"pins: {label} is on net {net}, not {OWN[label]}")
         if re.fullmatch(r"P[A-I]\d+", label) and label not in named and label not in OWN:
-            said.append(f"pins: {label} ({net}) is no row of zg.def")
+            said.append(f"pins: {label} ({net}) has no row in zg.def")
     for rail, numbers in SUPPLY.items():
         for number in numbers.split():
             net = next((n for num, _, n in parts[CHIP].pins if num == number), "nothing")
@@ -94,7 +94,7 @@ def pulls(parts, rows):
         if found:
             wanted[signal] = found.group(1)
     if len(wanted) == len(PULLED):
-        said.append("pulls: no row of zg.def says external pull-up or external pull-down")
+        said.append("pulls: no row of zg.def mentions external pull-up or external pull-down")
     for signal, way in wanted.items():
         ends = [{net for _, _, net in p.pins} for p in parts.values() if p["device"] == "RESISTOR"]
         if not any({signal, rail} == pair for pair in ends for rail in RAILS[way]):
@@ -119,20 +119,20 @@ def rules(parts):
         holds(refdes, "IN+", "2V5", "rules 1 and 2, both supplies follow the reference")
     for n in range(1, 25):
         holds(f"S{n}/U1", "VCC", "VDDA", "rule 3, a step is relative to VDDA")
-        holds(f"R{300 + n}", "1", parts[f"S{n}/U1"].net("Y"), f"step {n} is switch {n}'s")
+        holds(f"R{300 + n}", "1", parts[f"S{n}/U1"].net("Y"), f"step {n} belongs to switch {n}")
     holds("R801", "1", "2V5", "PC5 reads the reference")
     holds("R362", "2", "VDDA", "rule 3, so is the zero")
     return said
 
 
 def whole(parts):
-    """Every pin leads somewhere, and every part can be bought."""
+    """Every pin is connected, and every part can be bought."""
     said = []
     for net, pins in nets(parts).items():
         unused = {("U601", "VREF"), ("U602", "ALERT"), ("J602", "4")}
         if len(pins) < 2 and (pins[0][0].refdes, pins[0][2]) not in unused:
             part, number, _ = pins[0]
-            said.append(f"wires: pin {number} of {part.refdes} leads nowhere")
+            said.append(f"wires: pin {number} of {part.refdes} is not connected")
     for part in parts.values():
         if not part["footprint"]:
             said.append(f"parts: {part.refdes} has no footprint")
@@ -143,7 +143,7 @@ def whole(parts):
             except ValueError as error:
                 said.append(f"parts: {error}")
         elif not part["part"] and not part["value"]:
-            said.append(f"parts: {part.refdes} has neither a maker's number nor a value")
+            said.append(f"parts: {part.refdes} has neither a part number nor a value")
     return said
 
 

@@ -28,12 +28,12 @@ def put(path, text):
 
 
 def stale(path, text, names_only=False):
-    """A made page that is not what would be made. Figures may differ within their slack: of their tables only the names count."""
+    """Generated pages that differ from what would be generated. Figures may differ within their slack: of their tables only the names count."""
     def words(lines):
         return [line.split("|")[1] if names_only and line.startswith("|") else line for line in lines]
     if os.path.exists(path) and words(open(path).read().splitlines()) == words(text.splitlines()):
         return []
-    return [f"pages: {os.path.relpath(path, check.ROOT)} is not what the schematics make; run: make circuits-figures"]
+    return [f"pages: {os.path.relpath(path, check.ROOT)} differs from what the schematics give; run: make circuits-figures"]
 
 
 def keep(parts, measured, drawings):

@@ -51,7 +51,7 @@ class Deck:
             self.add(*model(f"{copy}_{clean(part.refdes)}", part, lambda pin: self.node(copy, part.net(pin)), draw))
 
     def run(self, control, save, limit_s=60, options=""):
-        """Runs the commands; `save` lists what is kept. Vectors of each plot: {name: [numbers]}, complex ones as complex."""
+        """Runs the commands; `save` lists the vectors to keep. Vectors of each plot: {name: [numbers]}, complex ones as complex."""
         out = self.path + ".raw"
         if os.path.exists(out):
             os.remove(out)
@@ -67,7 +67,7 @@ class Deck:
         with open(self.path + ".log", "w") as file:
             file.write(done.stdout + done.stderr)
         if not os.path.exists(out) or "aborted" in done.stdout + done.stderr:
-            raise SystemExit(f"circuits: ngspice gave nothing whole; see {self.path}.log")
+            raise SystemExit(f"circuits: ngspice gave no complete result; see {self.path}.log")
         return read_raw(out)
 
 
@@ -130,7 +130,7 @@ def deviation(values):
 
 
 def rails(deck, copy, volts):
-    """The supplies of a copy, stiff."""
+    """The supplies of a copy, as ideal sources."""
     for net, volt in volts.items():
         node = deck.node(copy, net)
         deck.add(f"Vrail_{node} {node} 0 {volt}")

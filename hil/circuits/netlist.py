@@ -31,7 +31,7 @@ class Part:
         """Of "4.7k", "100n", "8 MHz": the number in its base unit."""
         match = re.match(r"([0-9.]+) ?([pnumkM]?)", self["value"])
         if not match:
-            raise ValueError(f"{self.refdes} has the value \"{self['value']}\", which is no number")
+            raise ValueError(f"{self.refdes} has the value \"{self['value']}\", which is not a number")
         return float(match.group(1)) * SCALE[match.group(2)]
 
     def tolerance(self):
@@ -42,12 +42,12 @@ class Part:
 
 
 def environment():
-    """Of lepton's programs: what they compile for the next time is kept in the cache, not in somebody's home."""
+    """Environment of lepton's programs: their compiled files go into the cache, not into the home folder."""
     return {**os.environ, "LC_ALL": "C.UTF-8", "XDG_CACHE_HOME": cache}
 
 
 def lepton(folder, backend, pages=PAGES):
-    """What a backend says of the pages in a folder."""
+    """Output of a backend for the pages in a folder."""
     command = ["lepton-netlist", "-q", *backend, "-o", "-", *[page + ".sch" for page in pages]]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=LIMIT_S,
                           env=environment())

@@ -32,7 +32,7 @@ def amplified(deck, copy):
 
 
 def state(parts, work, tension_lb=0.0, turned=None, closed=False, warmer_k=0.0, spread=1.0, copies=COPIES, supplies=None):
-    """What every copy's amplifier says, lb by the nominal 0.4 V and 5 mV/lb. `turned`: of each copy's trimmer, or None: the middle."""
+    """Amplifier output of each copy, lb at the nominal 0.4 V and 5 mV/lb. `turned`: position of each copy's trimmer; None: the middle."""
     said = []
     for first in range(0, copies, CHUNK):
         deck = Deck(work, "bridge-state")
@@ -102,7 +102,7 @@ def relays(parts, work, copies=20):
 
 
 def reference_rule(parts, work):
-    """Rule 1: the volts follow the reference and not VDDA. Relative departures when the one is 1 % low, the other 2 %."""
+    """Rule 1: the volts follow the reference and not VDDA. Relative deviations with the reference 1 % low, and with VDDA 2 % low."""
     def volts(**supplies):
         return state(parts, work, 200, spread=0, copies=1, supplies=supplies)[0] * V_PER_LB + 0.4
     usual = volts()

@@ -1,4 +1,4 @@
-"""The warning lamp: its currents from a filament's physics, what PE3 says of them and when."""
+"""The warning lamp: its currents from a filament's physics, and when PE3 shows them."""
 import math
 
 from deck import Deck, Draw, at, deviation, mean, rails

@@ -1,4 +1,4 @@
-"""The reference and what is made of it: errors under load."""
+"""The reference and the voltages derived from it: errors under load."""
 from deck import Deck, Draw, VDDA, deviation, kick, mean, rails, source_ohm
 
 COPIES = 100

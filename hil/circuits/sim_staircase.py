@@ -119,7 +119,7 @@ def surround(parts):
 
 
 def reference_rule(parts, work):
-    """Rule 3: the volts follow VDDA, and nothing else is there to follow. Relative departure when VDDA is 2 % low."""
+    """Rule 3: the voltage follows VDDA alone. Relative deviation with VDDA 2 % low."""
     deck = Deck(work, "staircase-rule")
     for copy, volt in ((0, VDDA), (1, VDDA * 0.98)):
         deck.place(copy, summing(parts), Draw(0, 0))

@@ -1,4 +1,4 @@
-"""A transducer: what its drive and reading make of a cell, at the instants at which the converter samples."""
+"""A transducer: drive and reading of a cell, at the sampling times of the converter."""
 import math
 
 from deck import (CONVERT_S, Deck, Draw, LSB_V, SAMPLE_S, SCAN_S, TRIGGER_S, VDDA,
@@ -96,7 +96,7 @@ def surround(parts):
 
 
 def reference_rule(parts, work, usual_v):
-    """Rule 2: the amplitude follows the reference and not VDDA. Relative departures when the one is 1 % low, the other 2 %."""
+    """Rule 2: the amplitude follows the reference and not VDDA. Relative deviations with the reference 1 % low, and with VDDA 2 % low."""
     def amplitude(**supplies):
         times, volts = transient(parts, work, 1, 0, TRAVEL, "transducer-rule", supplies=supplies)
         return mean(codes(times, volts[0])[0])

@@ -49,9 +49,9 @@ figures_are_c() { # each has a name of its own, and a value that is a double
 
 check "figures.def is C" figures_are_c
 check "each of the faults was put in" all_were_made
-check "a wire cut: the pin that leads nowhere" says "$tmp/broken.out" '^wires: pin .* of G[0-9]+/.* leads nowhere$'
+check "a wire cut: the pin that leads nowhere" says "$tmp/broken.out" '^wires: pin .* of G[0-9]+/.* is not connected$'
 check "lepton's own rules see that too" says "$tmp/broken.out" '^rules: ERROR'
-check "two gages exchanged at the chip: the pin table" says "$tmp/broken.out" '^pins: PA2 is on net GAGE_4, zg.def calls it GAGE_3$'
+check "two gages exchanged at the chip: the pin table" says "$tmp/broken.out" '^pins: PA2 is on net GAGE_4, but zg.def names it GAGE_3$'
 check "a signal that does not reach its block" says "$tmp/broken.out" '^pins: MEMORY_SELECT does not reach pin /CS of U501$'
 check "a pull that the pin table demands" says "$tmp/broken.out" '^pulls: no resistor pulls MEMORY_SELECT up$'
 check "a drive that is not supplied by the reference" says "$tmp/broken.out" '^reference: pin VCC of T1/U1 is on 3V3, not 2V5T'
