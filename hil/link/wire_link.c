@@ -126,7 +126,7 @@ enum mr_status hil_socket_listen(const char *option, const char *path, int *list
     struct stat st;
     if (strlen(path) >= sizeof address.sun_path) {
         snprintf(error, size,
-                 "%s: the socket path has %zu characters, the maximum is %zu; give a shorter path "
+                 "%s: the socket path has %zu characters, at most %zu fit; give a shorter path "
                  "than %s",
                  option, strlen(path), sizeof address.sun_path - 1, path);
         return MR_USAGE;

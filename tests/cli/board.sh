@@ -101,7 +101,7 @@ listened_on() { # a second board does not take the first one's socket from it
     $board --elf $elf --can "unix:$tmp/taken" --for 0.1 2>"$tmp/first" &
     first=$!
     await test -S "$tmp/taken"
-    fails_with 3 '--can: another program listens on .*taken; end it' $board --elf $elf --can "unix:$tmp/taken" --for 0.1 &&
+    fails_with 3 '--can: another program listens on .*taken; end that program' $board --elf $elf --can "unix:$tmp/taken" --for 0.1 &&
         fails_with 3 '--gdb: another program listens on' $board --elf $elf --gdb "unix:$tmp/taken" --for 0.1 || status=1
     kill -9 $first && ! wait $first && [ $status -eq 0 ] && [ -S "$tmp/taken" ] || return 1
     $board --elf $elf --can "unix:$tmp/taken" --for 0.1 --wall-limit 0.5 2>"$tmp/err" # what a dead one left is taken

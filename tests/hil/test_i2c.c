@@ -381,7 +381,7 @@ TEST_IN(what_the_manual_forbids_ends_the_run, wake, put_away)
     put(CR1, 0);
     put(TRISE, 5); /* of fast mode */
     put(CR1, PE);
-    ends_the_run("TRISE is not");
+    ends_the_run("TRISE does not");
     (void)get(CR1 + 0x24);
     ends_the_run("I2C1 + 0x24");
 }
