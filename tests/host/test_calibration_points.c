@@ -62,7 +62,7 @@ TEST(as_people_and_programs_write_it)
         is_read(text, UNIT_DISPLACEMENT, 0.5, 372.4);
     }
     is_read("codes,mm\n372.4,12.7\n", UNIT_DISPLACEMENT, 0.5, 372.4);
-    assert_true(points.codes_first);
+    assert_true(points.are_codes_first);
     is_read("in,codes\n12.7 mm,372.4\n", UNIT_DISPLACEMENT, 0.5, 372.4);
     is_read("value,codes\n12.7mm,372.4\n", UNIT_DISPLACEMENT, 0.5, 372.4);
 }
