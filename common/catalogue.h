@@ -125,8 +125,8 @@ struct mr_message_info {
 const struct mr_message_info *mr_catalogue_messages(size_t *count);
 /* The message with this identifier, or NULL. */
 const struct mr_message_info *mr_message_find(uint16_t id);
-/* Conversions between identifier and index. mr_message_index returns MR_MESSAGE_COUNT when the catalogue
- * has no such message. */
+/* Conversions between identifier and index. mr_message_index returns MR_MESSAGE_COUNT when the
+ * catalogue has no such message. */
 unsigned mr_message_index(uint16_t id);
 uint16_t mr_message_id_at(unsigned place);
 /* Name of the message with this index. Static storage. */

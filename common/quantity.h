@@ -1,5 +1,5 @@
-/* Quantities of the board that are shown to users, as defined by the QUANTITY and LANDING_MEAN rows of the
- * catalogue. Pure. */
+/* Quantities of the board that are shown to users, as defined by the QUANTITY and LANDING_MEAN rows
+ * of the catalogue. Pure. */
 #ifndef MATRIG_COMMON_QUANTITY_H
 #define MATRIG_COMMON_QUANTITY_H
 

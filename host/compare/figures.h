@@ -85,9 +85,10 @@ double compare_compute_time_error_s(const struct compare_timing *clock, double t
  * reported by the board, and simulated.
  *
  * A simulated segment of ten mats counts as closed if the sum of its joint openings is less than
- * MR_CLOSED_SEGMENT_MAX_IN, the same criterion as for a measured segment. Both zones therefore begin and
- * end at segments, 2.86 ft apart, or at the wheel; the standard error of an end is a segment /
- * sqrt(12). The zone that the board reports has its own standard errors. Stations are in ft. */
+ * MR_CLOSED_SEGMENT_MAX_IN, the same criterion as for a measured segment. Both zones therefore
+ * begin and end at segments, 2.86 ft apart, or at the wheel; the standard error of an end is a
+ * segment / sqrt(12). The zone that the board reports has its own standard errors. Stations are in
+ * ft. */
 
 enum compare_zone_source {
     COMPARE_MEASURED,
@@ -131,8 +132,8 @@ const struct compare_zone_moment *compare_find_moment(const struct compare_zones
 struct compare_overlap compare_compute_overlap(const struct compare_zone *measured,
                                                const struct compare_zone *other);
 
-/* Finds the longest run of segments with remaining openings below MR_CLOSED_SEGMENT_MAX_IN whose end is
- * ahead of the wheel. A run that contains the wheel begins at the wheel. */
+/* Finds the longest run of segments with remaining openings below MR_CLOSED_SEGMENT_MAX_IN whose
+ * end is ahead of the wheel. A run that contains the wheel begins at the wheel. */
 struct compare_zone compare_find_closed_zone(const float *remaining_in, double wheel_ft);
 
 /* The board's messages in order of time. `prediction` has the errors of the zones and may be

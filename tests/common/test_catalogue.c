@@ -384,8 +384,7 @@ TEST(another_field_is_another_layout)
         {6, 0xf12db6bdu},
         /* 0xf7dd7efa until braking_edge came, which is sent only with a pick-up, and which others
          * skip */
-        {7,
-         0x667a2c8bu}}; /* a change that is meant: its SINCE_LAYOUT, MR_LAYOUT + 1, and a row here */
+        {7, 0x667a2c8bu}}; /* a change that is meant: SINCE_LAYOUT, MR_LAYOUT + 1, and a row here */
     const size_t newest = sizeof known / sizeof known[0] - 1;
     print_message("layout %u: 0x%08x\n", MR_LAYOUT, (unsigned)sum_of_the_fields());
     assert_int_equal(MR_LAYOUT, known[newest].layout);
