@@ -338,10 +338,11 @@ static void format_max_braking(const struct advise *advise, bool si,
                  "the limit");
 }
 
-/* Writes "a zone of 50 mats has a probability of 7 % (7 to 23)". */
+/* Writes "a zone of 50 mats has a probability of 7 % (95 %: 7 to 23)". */
 static void format_zone_probability(const struct advise_row *row, char out[ZONE_TEXT_SIZE])
 {
-    snprintf(out, ZONE_TEXT_SIZE, "a zone of %u mats has a probability of %.0f %% (%.0f to %.0f)",
+    snprintf(out, ZONE_TEXT_SIZE,
+             "a zone of %u mats has a probability of %.0f %% (95 %%: %.0f to %.0f)",
              ADVISE_ZONE_MATS, 100.0 * row->zone_probability.probability,
              100.0 * row->zone_probability.low, 100.0 * row->zone_probability.high);
 }
@@ -456,26 +457,30 @@ static void set_action_text(struct advise *advise, bool si)
     format_bound(&advise->max_speed, UNIT_SPEED, si, land);
     const size_t size = sizeof advise->action;
     if (isfinite(advise->max_braking.value) && isfinite(advise->max_speed.value))
-        snprintf(advise->action, size,
-                 "To stay below %.0f %%: brake %s after touchdown at %s, or touch down %s and "
-                 "brake at %s.",
-                 percent, brake, speed, land, braking);
+        snprintf(
+            advise->action, size,
+            "To keep the risks of a zone and of rolling off the end below %.0f %%: brake %s after "
+            "touchdown at %s, or touch down %s and brake at %s.",
+            percent, brake, speed, land, braking);
     else if (isfinite(advise->max_braking.value))
-        snprintf(advise->action, size,
-                 "To stay below %.0f %%: brake %s after touchdown at %s. With braking at %s, every "
-                 "touchdown speed of %s or more exceeds the limit.",
-                 percent, brake, speed, braking, slowest);
+        snprintf(
+            advise->action, size,
+            "To keep the risks of a zone and of rolling off the end below %.0f %%: brake %s after "
+            "touchdown at %s. With braking at %s, every touchdown speed of %s or more exceeds "
+            "the limit.",
+            percent, brake, speed, braking, slowest);
     else if (isfinite(advise->max_speed.value))
-        snprintf(advise->action, size,
-                 "To stay below %.0f %%: touch down %s and brake at %s. After touchdown at %s, %s "
-                 "keeps the risks of a zone and of rolling off the end below the limit.",
-                 percent, land, braking, speed, none);
+        snprintf(
+            advise->action, size,
+            "To keep the risks of a zone and of rolling off the end below %.0f %%: touch down %s "
+            "and brake at %s. After touchdown at %s, %s keeps them below the limit.",
+            percent, land, braking, speed, none);
     else
         snprintf(advise->action, size,
-                 "No gentler plan stays below %.0f %%. After touchdown at %s, %s keeps the risks "
-                 "of a zone and of rolling off the end below the limit. With braking at %s, every "
-                 "touchdown speed of %s or more exceeds the limit.",
-                 percent, speed, none, braking, slowest);
+                 "After touchdown at %s, %s keeps the risks of a zone and of rolling off the end "
+                 "below %.0f %%. With braking at %s, every touchdown speed of %s or more exceeds "
+                 "the limit.",
+                 speed, none, percent, braking, slowest);
     size_t used = strlen(advise->action);
     if (isnan(advise->max_braking.value) && isfinite(advise->stop_short_braking_ft_s2))
         snprintf(advise->action + used, size - used,
@@ -585,7 +590,7 @@ static void add_row(const struct advise *advise, const struct advise_row *row,
     answer_words(answer, NULL, "row", "%s", plan ? "plan" : "");
     answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, row->mean_braking_ft_s2, 1);
     answer_flag(answer, "plan", NULL, plan);
-    add_probability(answer, "zone", "zone, 95 %", &row->zone_probability);
+    add_probability(answer, "zone", "zone (95 %)", &row->zone_probability);
     answer_open_list(answer, "by_station", NULL);
     for (unsigned s = 0; s < ADVISE_RUNWAY_PARTS; s++) {
         answer_open_row(answer);
@@ -602,7 +607,7 @@ static void add_row(const struct advise *advise, const struct advise_row *row,
                  station->factor * length_ft * (s + 1u) / ADVISE_RUNWAY_PARTS, station->text);
         answer_words(answer, NULL, label, "%.0f %%", 100.0 * row->zone_by_part[s].probability);
     }
-    answer_value(answer, "half_station", "half of|risk by", UNIT_STATION,
+    answer_value(answer, "half_station", "half of|zones by", UNIT_STATION,
                  row->median_zone_station_ft, 0);
     answer_words(answer, NULL, "rolls off|the end", "%.0f %%", 100.0 * row->off_runway_share);
     answer_value(answer, "off_runway", NULL, UNIT_NUMBER, row->off_runway_share, 3);
@@ -617,18 +622,21 @@ static void add_plan(const struct advise *advise, struct answer *answer)
     answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, plan->mean_braking_ft_s2, 2);
     if (advise->planned_landings)
         answer_words(answer, NULL, "followed",
-                     "within %.0f %% rms, %+.0f %% on average, in %u landings with a stored plan",
+                     "braking within %.0f %% rms of the plan, %+.0f %% on average, in %u landings "
+                     "with a stored plan",
                      100.0 * plan->braking_spread, 100.0 * (exp(plan->braking_log_bias) - 1.0),
                      advise->planned_landings);
     else
-        answer_words(answer, NULL, "followed", "within %.0f %% rms, %s",
-                     100.0 * plan->braking_spread,
-                     "assumed: no landing has a stored plan (--keep)");
+        answer_words(answer, NULL, "followed",
+                     "braking within %.0f %% rms of the plan, assumed: no landing has a stored "
+                     "plan (--keep)",
+                     100.0 * plan->braking_spread);
     answer_value(answer, "spread", NULL, UNIT_NUMBER, plan->braking_spread, 3);
     answer_value(answer, "bias", NULL, UNIT_NUMBER, plan->braking_log_bias, 3);
     answer_count(answer, "plans_kept", NULL, advise->planned_landings);
     answer_value(answer, "least", "minimum to stop", UNIT_DECELERATION, advise->least_braking_ft_s2,
                  2);
+    answer_remark(answer, ", at the end of the runway");
     answer_flag(answer, "as_before", NULL, advise->uses_previous_landing);
     answer_close_group(answer);
 }
@@ -665,8 +673,8 @@ static void add_notes(const struct advise *advise, struct answer *answer)
     const struct history *history = &advise->history;
     const bool surveyed = advise->members.is_surveyed;
     answer_words(answer, NULL, "note",
-                 "%.0f %%: no simulated runway reached a zone; %.0f %%: all did. a probability "
-                 "stays between these, because the model is not exact",
+                 "the probability of a zone is at least %.0f %% (no simulated runway reached one) "
+                 "and at most %.0f %% (all did), because the model is not exact",
                  100.0 * advise_calibrate_share(0.0, surveyed),
                  100.0 * advise_calibrate_share(1.0, surveyed));
     if (!advise->members.update_count)
@@ -710,6 +718,7 @@ static void add_thrust(const struct advise *advise, struct answer *answer)
 {
     const struct advise_runway *runway = &advise->history.runway;
     const struct mr_estimate measured_lb = advise->history.braking.thrust_lb;
+    char waves[UNIT_TEXT_SIZE];
     double share, spread,
         critical_lb = (double)runway->chain.mass_slug * ADVISE_G_FT_S2 *
                       (double)runway->chain.mat_length_ft / (2.0 * runway->ground_irregularity_ft);
@@ -724,8 +733,9 @@ static void add_thrust(const struct advise *advise, struct answer *answer)
             answer_remark(answer, ", in the last landing, from the brake signal to the stop");
         }
         answer_value(answer, "critical", "critical thrust", UNIT_TENSION, critical_lb, 1);
-        answer_remark(answer,
-                      ", for the assumed irregularity; bow waves form above about 1.2 times this");
+        unit_value_text(UNIT_TENSION, answer_is_si(answer), 1.2 * critical_lb, 0, waves);
+        answer_remark(answer, ", for the assumed irregularity; bow waves form above about %s",
+                      waves);
     } else {
         answer_no_value(answer, "critical", "critical thrust",
                         "unknown: the board has no irregularity set (predict.bump_in)");
@@ -753,28 +763,32 @@ void advise_to_answer(const struct advise *advise, struct answer *answer)
         answer, "rows",
         "Probability that the wheel reaches a zone of 50 closed mats, by mean deceleration "
         "(rows), and up to each station (columns). In brackets: 95 % interval of the "
-        "sampling error of the ensemble");
+        "sampling error of the ensemble. Last column: share of the simulated landings that roll "
+        "off the end");
     for (size_t i = 0; i < advise->row_count; i++)
         add_row(advise, &advise->row[i], answer);
     answer_close_group(answer);
     answer_value(answer, "limit", NULL, UNIT_NUMBER, advise->request.risk_limit, 3);
-    answer_value(answer, "hardest", "hardest", UNIT_DECELERATION, advise->max_braking.value, 1);
+    answer_value(answer, "hardest", "hardest braking", UNIT_DECELERATION, advise->max_braking.value,
+                 1);
     if (isnan(advise->max_braking.value))
         answer_remark(answer,
                       "; %s keeps the risks of a zone and of rolling off the end below %.0f %%",
                       get_no_braking_reason(advise), 100.0 * advise->request.risk_limit);
     else
-        answer_remark(answer,
-                      advise->max_braking.is_unbounded
-                          ? ", the last row, which is still below %.0f %%"
-                          : " stays below %.0f %%",
-                      100.0 * advise->request.risk_limit);
+        answer_remark(
+            answer,
+            advise->max_braking.is_unbounded
+                ? ", the last row, still keeps the risks of a zone and of rolling off the end "
+                  "below %.0f %%"
+                : " keeps the risks of a zone and of rolling off the end below %.0f %%",
+            100.0 * advise->request.risk_limit);
     answer_flag(answer, "hardest_beyond", NULL, advise->max_braking.is_unbounded);
     add_notes(advise, answer);
     answer_value(answer, "short", isfinite(advise->stop_short_braking_ft_s2) ? "stops short" : NULL,
                  UNIT_DECELERATION, advise->stop_short_braking_ft_s2, 1);
     if (isfinite(advise->stop_short_braking_ft_s2))
-        answer_remark(answer, " or harder, the gear stops before the closed mats");
+        answer_remark(answer, " or harder: the gear stops before the closed mats");
     answer_flag(answer, "outside", NULL, advise->is_plan_outside_range);
     answer_count(answer, "segments_surveyed", NULL, advise->history.surveyed_segments);
     add_parameters(advise, answer);

@@ -20,7 +20,7 @@ assert [l for l, _ in said] == [1, 4, 5, 6, 7] and all(abs(v - float(t)) < 0.05 
 }
 advises() { # against, with the line for a pilot; landing 6 keeps to it, landings 5 and 7 do not
     tr -s ' \n' ' ' <"$work/told.txt" >"$tmp/line" && grep -o 'against: at 7.8 ft/s2 a zone of 50 mats has a probability of [0-9]* %' "$tmp/line" &&
-        grep -oE 'To stay below 20 %: brake with at most [0-9.]+ ft/s2 \(95 %: [0-9.]+ to [0-9.]+\) after touchdown at 35.5 ft/s, or touch down with at most' "$tmp/line" | grep -oE '[0-9.]+ ft/s2' >"$tmp/most" &&
+        grep -oE 'To keep the risks of a zone and of rolling off the end below 20 %: brake with at most [0-9.]+ ft/s2 \(95 %: [0-9.]+ to [0-9.]+\) after touchdown at 35.5 ft/s, or touch down with at most' "$tmp/line" | grep -oE '[0-9.]+ ft/s2' >"$tmp/most" &&
         awk -v truth="$(for landing in 5 6 7; do truth $landing mean_deceleration_ft_s2; done | tr '\n' ' ')" \
             '{ split(truth, mean, " "); print $1, truth; exit !(mean[1] > $1 && mean[2] <= $1 && mean[3] > $1) }' "$tmp/most"
 }
