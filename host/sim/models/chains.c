@@ -55,7 +55,7 @@ struct chains *chains_new(const struct mr_chain_params params[CHAINS_LANES],
         c->cl_lb_s_ft[k] = p.cl_lb_s_ft;
         c->slack_ft[k] = one->slack_ft;
         c->friction_lb[k] = one->friction_lb;
-        c->per_lb[k] = one->per_lb;
+        c->per_lb[k] = one->step_per_mass;
         c->step_s[k] = one->step_s;
         for (unsigned j = 1; j <= c->mats + 1u && *status == MR_OK; j++) {
             c->gap_ft[j][k] = one->gap_ft[j];
