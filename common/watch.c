@@ -159,8 +159,8 @@ static bool have_neighbours_moved(const struct mr_watch *watch,
 static void compare_neighbours(struct mr_watch *watch, struct mr_watch_channel *channel,
                                const struct mr_channel_config *config, float value, uint32_t index)
 {
-    float band = is_displacement(config) ? MR_STUCK_BAND_MAX_IN : MR_STUCK_BAND_MAX_LB;
-    float noise_band = MR_STUCK_BAND_SIGMA * channel->rest_noise;
+    float band = is_displacement(config) ? MR_STUCK_SPREAD_MAX_IN : MR_STUCK_SPREAD_MAX_LB;
+    float noise_band = MR_STUCK_SPREAD_SIGMA * channel->rest_noise;
     if (noise_band > band)
         band = noise_band;
     bool holds = __builtin_fabsf(value - channel->anchor) <= band;

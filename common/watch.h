@@ -12,7 +12,7 @@
  * eventually accepted; a spike never is.
  *
  * Stuck: the anchor of a channel is a reading from which the channel has not moved by more than a
- * band (MR_STUCK_BAND_*, or MR_STUCK_BAND_SIGMA standard deviations of its noise). The neighbours
+ * band (MR_STUCK_BAND_*, or MR_STUCK_SPREAD_SIGMA standard deviations of its noise). The neighbours
  * of a channel are the next stations up- and downfield; for a gage, on the same tension band. If
  * both neighbours have moved by MR_STUCK_MOVE_* in the meantime, the mat between them cannot have
  * stood still: the joints of a closing mat follow from upfield, those of an opening mat from
@@ -49,11 +49,11 @@
 #define MR_WATCH_SETTLE_COUNT       10u
 #define MR_WATCH_SETTLE_VALID_COUNT 100u
 #define MR_WATCH_PAUSE_BLOCKS       500u
-#define MR_STUCK_BAND_MAX_IN        0.008f
+#define MR_STUCK_SPREAD_MAX_IN      0.008f
 #define MR_STUCK_MOVE_MIN_IN        0.05f
-#define MR_STUCK_BAND_MAX_LB        1.0f
+#define MR_STUCK_SPREAD_MAX_LB      1.0f
 #define MR_STUCK_MOVE_MIN_LB        8.0f
-#define MR_STUCK_BAND_SIGMA         6.0f
+#define MR_STUCK_SPREAD_SIGMA       6.0f
 #define MR_STUCK_CONSTANT_BLOCKS    200u
 /* noise of a block's mean at rest; below this, quantisation may mask it at times */
 #define MR_STUCK_NOISE_MIN_CODES    0.2f

@@ -126,12 +126,12 @@ static void integrate_posterior(struct timemap_fit *fit, const struct point *hul
 }
 
 /* Posterior of one quantity: a weighted sum of uniform distributions. */
-struct mixture {
+struct residual_mixture {
     double low[TIMEMAP_GRID_POINTS], high[TIMEMAP_GRID_POINTS];
     const double *weight;
 };
 
-static double compute_probability_below(const struct mixture *mixture, double value)
+static double compute_probability_below(const struct residual_mixture *mixture, double value)
 {
     double sum = 0.0;
     for (size_t j = 0; j < TIMEMAP_GRID_POINTS; j++) {
@@ -144,7 +144,8 @@ static double compute_probability_below(const struct mixture *mixture, double va
     return sum;
 }
 
-static double compute_quantile(const struct mixture *mixture, double low, double high, double p)
+static double compute_quantile(const struct residual_mixture *mixture, double low, double high,
+                               double p)
 {
     for (int i = 0; i < BISECTION_COUNT && high - low > 1e-5; i++) {
         double middle = 0.5 * (low + high);
@@ -159,7 +160,7 @@ static double compute_quantile(const struct mixture *mixture, double low, double
 /* Computes the 95 % interval of k c + b t. */
 static struct timemap_value compute_interval(const struct timemap_fit *fit, double k, double t_s)
 {
-    struct mixture mixture = {.weight = fit->weight};
+    struct residual_mixture mixture = {.weight = fit->weight};
     double least = (double)INFINITY, most = -(double)INFINITY;
     for (size_t j = 0; j < TIMEMAP_GRID_POINTS; j++) {
         double a = k * fit->offset_us[j] + fit->low_ppm[j] * t_s,

@@ -29,15 +29,15 @@ TEST(values_are_lists_or_ranges)
                                     "\"v0\": [0, [2, 2, -1]]}");
     const double kv[] = {1e4, 5e3, 1, 1e4, 1e4}, gap[] = {0.5, 0.5, 0.5, 0.5, 0.1};
     for (int j = 1; j <= 5; j++) {
-        near(sim_scene_value_along(&s, SIM_ALONG_KV, s.kv_lb_ft, j), kv[j - 1], 0.0);
+        near(sim_scene_value_along(&s, SIM_VARIED_KV, s.kv_lb_ft, j), kv[j - 1], 0.0);
         near(sim_scene_joint_value(&s.gap0_ft, j), gap[j - 1], 0.0);
-        near(sim_scene_value_along(&s, SIM_ALONG_KT, 7.0, j), 7.0, 0.0); /* no list */
+        near(sim_scene_value_along(&s, SIM_VARIED_KT, 7.0, j), 7.0, 0.0); /* no list */
     }
     near(s.kv_lb_ft, 1e4, 0.0);
     near(sim_scene_weight_lb(&s, 4), 4.0, 0.0);
-    near(sim_scene_value_along(&s, SIM_ALONG_V0, 0.0, 2), -1.0, 0.0);
-    near(sim_scene_shortest_step_value(&s, SIM_ALONG_W, 0.0), 1.0, 0.0);
-    near(sim_scene_shortest_step_value(&s, SIM_ALONG_KV, 0.0), 1e4, 0.0);
+    near(sim_scene_value_along(&s, SIM_VARIED_V0, 0.0, 2), -1.0, 0.0);
+    near(sim_scene_shortest_step_value(&s, SIM_VARIED_W, 0.0), 1.0, 0.0);
+    near(sim_scene_shortest_step_value(&s, SIM_VARIED_KV, 0.0), 1e4, 0.0);
     /* node 2 carries half of mats 1 and 2 on two springs of 5,000 lb/ft, node 5 half of mat 4 */
     near(sim_scene_settlement_ft(&s, 2), 1.5 / 1e4, 1e-18);
     near(sim_scene_settlement_ft(&s, 5), 2.0 / 1e4, 1e-18);
@@ -311,8 +311,8 @@ TEST(the_window_changes_nothing)
             weights[n] = s.weight_lb * (1.0 + 0.3 * (n % 3));
         for (int j = 0; j <= 120; j++)
             kl[j] = s.kl_lb_ft * (1.0 - 0.2 * (j % 4));
-        sim_scene_set_list(&s.along[SIM_ALONG_W], weights, 120);
-        sim_scene_set_list(&s.along[SIM_ALONG_KL], kl, 121);
+        sim_scene_set_list(&s.varied[SIM_VARIED_W], weights, 120);
+        sim_scene_set_list(&s.varied[SIM_VARIED_KL], kl, 121);
         s.left_end = SIM_END_SPRING;
         s.end_k_lb_ft[0] = 1e3;
         s.right_end = SIM_END_LOADED;

@@ -14,21 +14,21 @@ double sim_scene_joint_value(const struct sim_list *list, int joint)
 bool sim_scene_is_varied(const struct sim_scene *scene)
 {
     bool varies = scene->left_end == SIM_END_LOADED || scene->right_end == SIM_END_LOADED;
-    for (size_t i = 0; i < SIM_ALONG_COUNT; i++)
-        varies = varies || scene->along[i].count > 0;
+    for (size_t i = 0; i < SIM_VARIED_COUNT; i++)
+        varies = varies || scene->varied[i].count > 0;
     return varies;
 }
 
-double sim_scene_value_along(const struct sim_scene *scene, enum sim_along which, double everywhere,
-                             int at)
+double sim_scene_value_along(const struct sim_scene *scene, enum sim_varied which,
+                             double everywhere, int at)
 {
-    const struct sim_list *list = &scene->along[which];
+    const struct sim_list *list = &scene->varied[which];
     return list->count > 0 ? sim_scene_joint_value(list, at) : everywhere;
 }
 
 double sim_scene_weight_lb(const struct sim_scene *scene, int mat)
 {
-    double weight_lb = sim_scene_value_along(scene, SIM_ALONG_W, scene->weight_lb, mat);
+    double weight_lb = sim_scene_value_along(scene, SIM_VARIED_W, scene->weight_lb, mat);
     if (mat == 1 && scene->left_end == SIM_END_LOADED)
         weight_lb += scene->end_load_lb[0];
     if (mat == scene->mats && scene->right_end == SIM_END_LOADED)
@@ -36,21 +36,21 @@ double sim_scene_weight_lb(const struct sim_scene *scene, int mat)
     return weight_lb;
 }
 
-double sim_scene_shortest_step_value(const struct sim_scene *scene, enum sim_along which,
+double sim_scene_shortest_step_value(const struct sim_scene *scene, enum sim_varied which,
                                      double everywhere)
 {
-    const struct sim_list *list = &scene->along[which];
+    const struct sim_list *list = &scene->varied[which];
     double extreme = list->count > 0 ? list->values[0] : everywhere;
     for (size_t i = 1; i < list->count; i++)
-        extreme = which == SIM_ALONG_W ? fmin(extreme, list->values[i])
-                                       : fmax(extreme, list->values[i]);
+        extreme = which == SIM_VARIED_W ? fmin(extreme, list->values[i])
+                                        : fmax(extreme, list->values[i]);
     return extreme;
 }
 
 /* Each end of a mat carries half of its weight. */
 double sim_scene_settlement_ft(const struct sim_scene *scene, int node)
 {
-    double kv = sim_scene_value_along(scene, SIM_ALONG_KV, scene->kv_lb_ft, node), weight_lb = 0.0;
+    double kv = sim_scene_value_along(scene, SIM_VARIED_KV, scene->kv_lb_ft, node), weight_lb = 0.0;
     int ends = 0;
     for (int mat = node - 1; mat <= node; mat++) {
         if (mat >= 1 && mat <= scene->mats) {

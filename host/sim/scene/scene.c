@@ -52,7 +52,7 @@ static const char *const lift_shear_names[] = {"rising", "none", "following", "b
 #define VARIED_KEY(name, field, which, low, above, unit, meaning)                                \
     {                                                                                            \
         name, SIM_KEY_REAL, SCENE_OFFSET(field), low, SIM_VALUE_MAX, above, NULL, unit, meaning, \
-            SCENE_OFFSET(along[which])                                                           \
+            SCENE_OFFSET(varied[which])                                                          \
     }
 
 #define BAND_KEYS(name, prefix, i)                                                              \
@@ -106,20 +106,20 @@ static const struct sim_key keys[] = {
     CHOICE_KEY("model", model, model_names, "model equations"),
     INT_KEY("N", mats, 1, SIM_MATS_MAX, "", "number of mats"),
     POSITIVE_KEY("L", length_ft, "ft", "length of a mat along the runway"),
-    VARIED_KEY("W", weight_lb, SIM_ALONG_W, 0.0, true, "lb",
+    VARIED_KEY("W", weight_lb, SIM_VARIED_W, 0.0, true, "lb",
                "weight of a mat: number or list by mat"),
     POSITIVE_KEY("g", g_ft_s2, "ft/s2", "gravity"),
     POSITIVE_KEY("I", inertia_slug_ft2, "slug ft2", "inertia of a mat about its long axis"),
     VARIED_KEY(
-        "KV", kv_lb_ft, SIM_ALONG_KV, 0.0, false, "lb/ft",
+        "KV", kv_lb_ft, SIM_VARIED_KV, 0.0, false, "lb/ft",
         "stiffness of the soil under a node (report) or mat end (consistent): number or list "
         "by node"),
-    VARIED_KEY("CV", cv_lb_s_ft, SIM_ALONG_CV, 0.0, false, "lb s/ft",
+    VARIED_KEY("CV", cv_lb_s_ft, SIM_VARIED_CV, 0.0, false, "lb s/ft",
                "damping of the soil under a node or mat end: number or list by node"),
-    VARIED_KEY("KL", kl_lb_ft, SIM_ALONG_KL, 0.0, true, "lb/ft",
+    VARIED_KEY("KL", kl_lb_ft, SIM_VARIED_KL, 0.0, true, "lb/ft",
                "stiffness of a joint along the runway: number or list by joint"),
     NOT_NEGATIVE_KEY("CL", cl_lb_s_ft, "lb s/ft", "damping of a joint along the runway"),
-    VARIED_KEY("KT", kt_lb_ft_rad, SIM_ALONG_KT, 0.0, false, "ft lb/rad",
+    VARIED_KEY("KT", kt_lb_ft_rad, SIM_VARIED_KT, 0.0, false, "ft lb/rad",
                "stiffness of a joint in torsion: number or list by joint"),
     NOT_NEGATIVE_KEY("CT", ct_lb_ft_s_rad, "ft lb s/rad", "damping of a joint in torsion"),
     RANGE_KEY("TAD_deg", tad_deg, 0.0, 180.0, false, "deg", "free rotation of a joint"),
@@ -166,7 +166,7 @@ static const struct sim_key keys[] = {
             "node of the first value of bump"),
     LIST_KEY("bump", bump_ft, SIM_KEY_LIST, -SIM_VALUE_MAX, SIM_VALUE_MAX, "ft",
              "initial heights of the nodes from bump_first on"),
-    VARIED_KEY("v0", v0_ft_s, SIM_ALONG_V0, -SIM_VALUE_MAX, false, "ft/s",
+    VARIED_KEY("v0", v0_ft_s, SIM_VARIED_V0, -SIM_VALUE_MAX, false, "ft/s",
                "initial speed of mat v0_mat: number or list by mat"),
     INT_KEY("v0_mat", v0_mat, 0, SIM_MATS_MAX, "mat",
             "mat that has the initial speed v0; 0: the mat under the wheel"),
@@ -338,8 +338,8 @@ void sim_scene_free(struct sim_scene *scene)
         if (key->kind == SIM_KEY_LIST || key->kind == SIM_KEY_JOINTS || key->kind == SIM_KEY_PARTS)
             free(((struct sim_list *)((char *)scene + key->offset))->values);
     }
-    for (size_t i = 0; i < SIM_ALONG_COUNT; i++)
-        free(scene->along[i].values);
+    for (size_t i = 0; i < SIM_VARIED_COUNT; i++)
+        free(scene->varied[i].values);
     free(scene->path);
     sim_scene_set_defaults(scene);
 }
@@ -495,8 +495,8 @@ static enum mr_status read_along(struct sim_list *list, size_t count, const stru
 /* Number of values that a list along the runway must have: the number of mats or of joints. */
 static size_t list_length_along(const struct sim_scene *scene, const struct sim_key *key)
 {
-    bool mats = key->list_offset == SCENE_OFFSET(along[SIM_ALONG_W]) ||
-                key->list_offset == SCENE_OFFSET(along[SIM_ALONG_V0]);
+    bool mats = key->list_offset == SCENE_OFFSET(varied[SIM_VARIED_W]) ||
+                key->list_offset == SCENE_OFFSET(varied[SIM_VARIED_V0]);
     return (size_t)scene->mats + !mats;
 }
 

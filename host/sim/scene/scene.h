@@ -23,14 +23,14 @@
 
 /* Quantities that may differ along the runway. The first four have a value per joint or node (N +
  * 1), the others per mat (N). */
-enum sim_along {
-    SIM_ALONG_KV,
-    SIM_ALONG_CV,
-    SIM_ALONG_KL,
-    SIM_ALONG_KT,
-    SIM_ALONG_W,
-    SIM_ALONG_V0,
-    SIM_ALONG_COUNT
+enum sim_varied {
+    SIM_VARIED_KV,
+    SIM_VARIED_CV,
+    SIM_VARIED_KL,
+    SIM_VARIED_KT,
+    SIM_VARIED_W,
+    SIM_VARIED_V0,
+    SIM_VARIED_COUNT
 };
 
 enum sim_model { SIM_MODEL_REPORT, SIM_MODEL_CONSISTENT, SIM_MODEL_CHAIN };
@@ -205,10 +205,10 @@ struct sim_scene {
     /* Parameter of each element, by index in elements/element.h. 0: the scene does not have the
      * element. */
     double element_values[SIM_ELEMENTS_MAX];
-    /* Values along the runway, by enum sim_along. Empty: every mat has the value of the field
+    /* Values along the runway, by enum sim_varied. Empty: every mat has the value of the field
      * above. With W, inertia and friction of a mat are proportional to its weight. V0 replaces
      * v0_ft_s and v0_mat. */
-    struct sim_list along[SIM_ALONG_COUNT];
+    struct sim_list varied[SIM_VARIED_COUNT];
 };
 
 /* Sets every key to its default. The lists are empty. */
@@ -266,13 +266,13 @@ double sim_scene_joint_value(const struct sim_list *list, int joint);
 bool sim_scene_is_varied(const struct sim_scene *scene);
 /* Value of a quantity at a joint, node or mat (from 1). If the scene has no list of the quantity,
  * returns `everywhere`. */
-double sim_scene_value_along(const struct sim_scene *scene, enum sim_along which, double everywhere,
-                             int at);
+double sim_scene_value_along(const struct sim_scene *scene, enum sim_varied which,
+                             double everywhere, int at);
 /* Weight of mat 1..N, including a weight on the end of the runway. */
 double sim_scene_weight_lb(const struct sim_scene *scene, int mat);
 /* The value of a quantity that makes the stable step shortest: the largest stiffness or damping, or
  * the smallest weight. */
-double sim_scene_shortest_step_value(const struct sim_scene *scene, enum sim_along which,
+double sim_scene_shortest_step_value(const struct sim_scene *scene, enum sim_varied which,
                                      double everywhere);
 /* Depth of node 1..N+1 at which the soil carries the weight of the node's mats. */
 double sim_scene_settlement_ft(const struct sim_scene *scene, int node);

@@ -39,7 +39,7 @@ double sim_scene_end_s(const struct sim_scene *scene)
 /* True if nothing moves before the aircraft arrives. */
 static bool is_scene_at_rest(const struct sim_scene *scene)
 {
-    bool still = scene->v0_ft_s == 0.0 && scene->along[SIM_ALONG_V0].count == 0 &&
+    bool still = scene->v0_ft_s == 0.0 && scene->varied[SIM_VARIED_V0].count == 0 &&
                  scene->q1_lb == 0.0 && scene->ground_ft.count == 0 && !mods_are_given(scene);
     for (size_t i = 0; i < scene->bump_ft.count; i++)
         still = still && scene->bump_ft.values[i] == 0.0;

@@ -89,7 +89,7 @@ static void chain_reset(struct chain *chain, const struct sim_scene *scene)
         chain->gap0_ft[j] = sim_scene_joint_value(&scene->gap0_ft, j);
         double grit_lb = sim_scene_joint_value(&scene->grit_lb, j);
         chain->grit_lb[j] = grit_lb;
-        chain->kl_lb_ft[j] = sim_scene_value_along(scene, SIM_ALONG_KL, scene->kl_lb_ft, j);
+        chain->kl_lb_ft[j] = sim_scene_value_along(scene, SIM_VARIED_KL, scene->kl_lb_ft, j);
         chain->grit_yield_ft[j] = grit_lb / chain->kl_lb_ft[j];
         chain->reach_ft[j] = joint_initial_reach_ft(chain->gap0_ft[j],
                                                     chain->joint_constants.slack_ft);
@@ -104,7 +104,7 @@ static void chain_reset(struct chain *chain, const struct sim_scene *scene)
     for (int n = 1; n <= chain->mats; n++) {
         chain->limit_lb[n] = unloaded_friction_limit_lb(chain, n);
         chain->mat_mass_slug[n] = sim_scene_weight_lb(scene, n) / scene->g_ft_s2;
-        chain->v_ft_s[n] = sim_scene_value_along(scene, SIM_ALONG_V0,
+        chain->v_ft_s[n] = sim_scene_value_along(scene, SIM_VARIED_V0,
                                                  n == chain->v0_mat ? scene->v0_ft_s : 0.0, n);
     }
 }
@@ -401,9 +401,9 @@ static double chain_step_limit_s(const struct chain *chain)
     int ends = (chain->is_left_free ? 0 : 1) + (chain->is_right_free ? 0 : 1);
     double joints = chain->mats > 1 ? 4.0 : ends;
     struct law_joint stiffest = chain->joint_constants;
-    stiffest.kl_lb_ft = sim_scene_shortest_step_value(chain->scene, SIM_ALONG_KL,
+    stiffest.kl_lb_ft = sim_scene_shortest_step_value(chain->scene, SIM_VARIED_KL,
                                                       stiffest.kl_lb_ft);
-    double lightest_slug = sim_scene_shortest_step_value(chain->scene, SIM_ALONG_W,
+    double lightest_slug = sim_scene_shortest_step_value(chain->scene, SIM_VARIED_W,
                                                          chain->scene->weight_lb) /
                            chain->scene->g_ft_s2;
     struct law_bound pulled = joint_bound(&stiffest, joints, lightest_slug);

@@ -330,11 +330,11 @@ static double stable_step_limit_s(struct planar_engine *l, double crossing_s)
     /* upper bound of the rate: every joint has the largest stiffness and every mat the smallest
      * mass */
     struct model fastest = *m;
-    double lightest = sim_scene_shortest_step_value(l->scene, SIM_ALONG_W, m->weight_lb) /
+    double lightest = sim_scene_shortest_step_value(l->scene, SIM_VARIED_W, m->weight_lb) /
                       m->weight_lb;
-    fastest.kv_lb_ft = sim_scene_shortest_step_value(l->scene, SIM_ALONG_KV, m->kv_lb_ft);
-    fastest.kl_lb_ft = sim_scene_shortest_step_value(l->scene, SIM_ALONG_KL, m->kl_lb_ft);
-    fastest.kt_lb_ft_rad = sim_scene_shortest_step_value(l->scene, SIM_ALONG_KT, m->kt_lb_ft_rad);
+    fastest.kv_lb_ft = sim_scene_shortest_step_value(l->scene, SIM_VARIED_KV, m->kv_lb_ft);
+    fastest.kl_lb_ft = sim_scene_shortest_step_value(l->scene, SIM_VARIED_KL, m->kl_lb_ft);
+    fastest.kt_lb_ft_rad = sim_scene_shortest_step_value(l->scene, SIM_VARIED_KT, m->kt_lb_ft_rad);
     fastest.mass_slug *= lightest;
     fastest.inertia_slug_ft2 *= lightest;
     double rate = model_fastest_rate(&fastest, l->z, MODEL_RATE_STAGGERED);

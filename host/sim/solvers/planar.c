@@ -473,11 +473,11 @@ static bool estimate_error(struct model *m, const struct sim_options *options,
  * given step, the steps are the given one, 1.9 and 3.6 times as long. */
 #define MOREAU_WORK_MAX 1.5e7 /* largest number of evaluations times mats of a run: about 10 s */
 
-#define MOREAU_ERROR_FACTOR 3.0
-#define MOREAU_FIRST_STEPS  500.0
-#define MOREAU_CLOSE_ERROR  1e-4
-#define MOREAU_MAX_RUNS     16
-#define MOREAU_KEPT_RUNS    3
+#define MOREAU_ERROR_FACTOR       3.0
+#define MOREAU_FIRST_STEPS        500.0
+#define MOREAU_ERROR_PER_PEAK_MAX 1e-4
+#define MOREAU_MAX_RUNS           16
+#define MOREAU_KEPT_RUNS          3
 
 /* The latest runs of moreau. The last one has the shortest steps. */
 struct moreau_runs {
@@ -529,8 +529,8 @@ static bool is_moreau_error_small(const struct moreau_runs *l, const struct sim_
     const struct pass_outcome *best = &l->runs[l->run_count - 1];
     double lift_ft = fmax(best->max_lift_ft, pass_bow_threshold_ft(scene));
     return do_moreau_runs_agree(l, scene) &&
-           result->error_u_ft <= MOREAU_CLOSE_ERROR * sim_record_peak(&best->record).u_ft &&
-           result->error_lift_ft <= MOREAU_CLOSE_ERROR * lift_ft;
+           result->error_u_ft <= MOREAU_ERROR_PER_PEAK_MAX * sim_record_peak(&best->record).u_ft &&
+           result->error_lift_ft <= MOREAU_ERROR_PER_PEAK_MAX * lift_ft;
 }
 
 static void fill_moreau_result(struct model *m, const struct sim_options *options,

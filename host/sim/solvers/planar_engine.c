@@ -497,10 +497,10 @@ static void set_properties(struct planar_engine *l)
     struct model *m = &l->model;
     const struct sim_scene *s = l->scene;
     for (int j = 0; j <= m->mats; j++) {
-        l->kv_lb_ft[j] = sim_scene_value_along(s, SIM_ALONG_KV, m->kv_lb_ft, j + 1);
-        l->cv_lb_s_ft[j] = sim_scene_value_along(s, SIM_ALONG_CV, m->cv_lb_s_ft, j + 1);
-        l->kl_lb_ft[j] = sim_scene_value_along(s, SIM_ALONG_KL, m->kl_lb_ft, j + 1);
-        l->kt_lb_ft_rad[j] = sim_scene_value_along(s, SIM_ALONG_KT, m->kt_lb_ft_rad, j + 1);
+        l->kv_lb_ft[j] = sim_scene_value_along(s, SIM_VARIED_KV, m->kv_lb_ft, j + 1);
+        l->cv_lb_s_ft[j] = sim_scene_value_along(s, SIM_VARIED_CV, m->cv_lb_s_ft, j + 1);
+        l->kl_lb_ft[j] = sim_scene_value_along(s, SIM_VARIED_KL, m->kl_lb_ft, j + 1);
+        l->kt_lb_ft_rad[j] = sim_scene_value_along(s, SIM_VARIED_KT, m->kt_lb_ft_rad, j + 1);
         l->rest_ft[j] = sim_scene_settlement_ft(s, j + 1);
     }
     for (int n = 0; n < m->mats; n++) {
@@ -751,9 +751,9 @@ static void init_march_state(struct planar_engine *l, bool prunes)
     model_start(m, l->z);
     for (int j = 0; j <= m->mats; j++)
         l->z[2 * j] += l->rest_ft[j] - m->rest_y_ft;
-    for (int n = 0; n < m->mats && l->scene->along[SIM_ALONG_V0].count > 0; n++)
+    for (int n = 0; n < m->mats && l->scene->varied[SIM_VARIED_V0].count > 0; n++)
         l->z[m->coordinate_count + 2 * n + 1] =
-            sim_scene_joint_value(&l->scene->along[SIM_ALONG_V0], n + 1);
+            sim_scene_joint_value(&l->scene->varied[SIM_VARIED_V0], n + 1);
     l->sliding = l->heaving = (struct moving_part){0, m->mats - 1, 0, 0};
     for (int j = 0; j <= m->mats; j++)
         l->reach_ft[j] = joint_initial_reach_ft(l->gap0_ft[j], l->slack_ft);
