@@ -717,7 +717,7 @@ static void mark_tasks_done(void)
 }
 
 /* True if a row that continues without scans is due at this phase of the round. */
-static bool is_due_without_scans(uint32_t phase)
+static bool is_row_due_without_scans(uint32_t phase)
 {
     bool due = false;
 #define BLOCKS(NAME, period, phase_, stalled, who, why) due |= (stalled) && DUE(NAME, phase);
@@ -731,7 +731,7 @@ static bool is_due_without_scans(uint32_t phase)
 static void report_without_scans(struct app *app)
 {
     for (uint32_t phase = 0; phase < SCHEDULE_ROUND; phase++) {
-        if (is_due_without_scans(phase))
+        if (is_row_due_without_scans(phase))
             landinglink_send_regular(&app->telemetry, &app->landing, app->slack_in, phase, 0);
         if (DUE(NONCE, phase))
             proof_on_second(&app->proof, &app->keystore, &app->telemetry);

@@ -153,7 +153,7 @@ static enum mr_status read_estimate(const struct inspection_field *field, const 
     if (field->whole && (number->value != floor(number->value) || number->error > 0.0))
         return error_set(error, MR_USAGE, "not a whole number: %s for %s", text, field->name);
     if (!(number->value >= field->low && number->value <= field->high && number->error >= 0.0))
-        return error_set(error, MR_USAGE, "out of range: %s for %s; allowed is %g to %g %s", text,
+        return error_set(error, MR_USAGE, "out of range: %s for %s; allowed: %g to %g %s", text,
                          field->name, field->low, field->high, inspection_unit(field, false));
     return MR_OK;
 }

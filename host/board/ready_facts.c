@@ -37,7 +37,7 @@ struct facts_query {
     bool seq_known, can_count_begun, clock_known;
     uint16_t last_seq;
     uint32_t can_sent_before, first_clock, newest_clock;
-    int64_t can_received_since;
+    int64_t can_received_count;
     struct timemap time_map;
 };
 
@@ -148,16 +148,16 @@ static void handle_can_message(struct facts_query *a, const struct dialogue_mess
     identity_receive(&f->board_on_can, message->id, message->payload, message->length);
     if (message->id == MR_ID_CAN_HEALTH &&
         mr_can_health_get(&health, message->payload, message->length) == MR_OK) {
-        int64_t lost = (int64_t)(health.sent - a->can_sent_before) - a->can_received_since;
+        int64_t lost = (int64_t)(health.sent - a->can_sent_before) - a->can_received_count;
         if (!a->can_count_begun) {
             a->can_count_begun = true;
             a->can_sent_before = health.sent;
-            a->can_received_since = 0;
+            a->can_received_count = 0;
         } else {
             f->can_lost = lost > 0 ? lost : 0;
         }
     }
-    a->can_received_since++;
+    a->can_received_count++;
     f->can_frames++;
 }
 

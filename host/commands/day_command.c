@@ -276,7 +276,7 @@ static bool is_landing_in_progress(const struct day_facts *f)
                       f->state == MR_LANDING_SETTLING);
 }
 
-static enum day_state look_state(const struct day_facts *f, char reason[240])
+static enum day_state look_step_state(const struct day_facts *f, char reason[240])
 {
     if (!f->run)
         return set_reason(reason, DAY_NOT_NEEDED, "no landing yet");
@@ -293,13 +293,13 @@ static enum day_state look_state(const struct day_facts *f, char reason[240])
     return set_reason(reason, DAY_NEXT, "RUN %lld has no note", (long long)f->run);
 }
 
-static enum day_state series_state(const struct day_facts *f, char reason[240])
+static enum day_state series_step_state(const struct day_facts *f, char reason[240])
 {
     return f->series[0] ? set_reason(reason, DAY_DONE, "%.80s", f->series)
                         : set_reason(reason, DAY_NEXT, "the campaign has no series");
 }
 
-static enum day_state calibrate_state(const struct day_facts *f, char reason[240])
+static enum day_state calibrate_step_state(const struct day_facts *f, char reason[240])
 {
     if (f->calibration_due && f->calibrated_us < f->ready_us)
         return set_reason(reason, DAY_NEXT, "%.200s", f->no_go);
@@ -313,7 +313,7 @@ static bool is_surveyed(const struct day_facts *f)
     return f->survey && f->survey_ended_us != STORE_NONE && f->survey_us >= f->armed_us;
 }
 
-static enum day_state survey_state(const struct day_facts *f, char reason[240])
+static enum day_state survey_step_state(const struct day_facts *f, char reason[240])
 {
     char at[9];
     if (f->survey && f->survey_ended_us == STORE_NONE)
@@ -327,7 +327,7 @@ static enum day_state survey_state(const struct day_facts *f, char reason[240])
                   : set_reason(reason, DAY_NEXT, "the mat has not been surveyed yet");
 }
 
-static enum day_state load_state(const struct day_facts *f, char reason[240])
+static enum day_state load_step_state(const struct day_facts *f, char reason[240])
 {
     char at[9];
     if (!is_surveyed(f) && f->is_skipped[DAY_SURVEY])
@@ -338,7 +338,7 @@ static enum day_state load_state(const struct day_facts *f, char reason[240])
     return set_reason(reason, DAY_NEXT, "the survey is not loaded into the board");
 }
 
-static enum day_state advise_state(const struct day_facts *f, char reason[240])
+static enum day_state advise_step_state(const struct day_facts *f, char reason[240])
 {
     if (!f->run)
         return set_reason(reason, DAY_NOT_NEEDED, "advise needs a landing, and there is none yet");
@@ -347,7 +347,7 @@ static enum day_state advise_state(const struct day_facts *f, char reason[240])
     return set_reason(reason, DAY_NEXT, "no advice on how hard to brake yet");
 }
 
-static enum day_state ready_state(const struct day_facts *f, char reason[240])
+static enum day_state ready_step_state(const struct day_facts *f, char reason[240])
 {
     char at[9];
     bool old = f->ready_us < f->armed_us || f->ready_us < f->calibrated_us ||
@@ -364,7 +364,7 @@ static enum day_state ready_state(const struct day_facts *f, char reason[240])
                     : set_reason(reason, DAY_NEXT, "no-go at %s: %.180s", at, f->no_go);
 }
 
-static enum day_state land_state(const struct day_facts *f, char reason[240])
+static enum day_state land_step_state(const struct day_facts *f, char reason[240])
 {
     long long run = (long long)f->run;
     if (!f->is_logging)
@@ -382,7 +382,7 @@ static enum day_state land_state(const struct day_facts *f, char reason[240])
 static void day_plan_make(const struct day_facts *f, struct day_plan *plan)
 {
     static enum day_state (*const of[DAY_STEPS])(const struct day_facts *, char[240]) = {
-#define DAY_STEP(NAME, key, text) [DAY_##NAME] = key##_state,
+#define DAY_STEP(NAME, key, text) [DAY_##NAME] = key##_step_state,
         DAY_STEP_TABLE(DAY_STEP)
 #undef DAY_STEP
     };

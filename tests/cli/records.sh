@@ -257,7 +257,7 @@ during_a_log() { # the table is made while another program writes to the campaig
 }
 slips() {
     fails_with 2 "unknown field: 'joint_lb' .*did you mean joint_lb_in" $matrig record "$db" mat 9 joint_lb=12 && fails_with 2 'did you mean mat\?' $matrig record "$db" matt 9 &&
-        fails_with 2 'out of range: 500 for tire_psi; allowed is 1 to 200 psi' $matrig record "$db" conditions 1 tire_psi=500 && fails_with 2 'a length instead of a stress' $matrig record "$db" conditions 1 tire_psi=5in &&
+        fails_with 2 'out of range: 500 for tire_psi; allowed: 1 to 200 psi' $matrig record "$db" conditions 1 tire_psi=500 && fails_with 2 'a length instead of a stress' $matrig record "$db" conditions 1 tire_psi=5in &&
         fails_with 2 'needs RUN' $matrig record "$db" conditions tire_psi=5 && fails_with 2 'not a place: 1.5 for mat' $matrig record "$db" mat 1.5 joint_lb_in=12 && fails_with 2 'needs no place' $matrig record "$db" launch 3 drop_ft=20 && fails_with 2 'RUN 9' $matrig record "$db" conditions 9 tire_psi=5 &&
         fails_with 2 'did you mean coast\?' $matrig record "$db" conditions 1 drive=cost && fails_with 2 'no kind' $matrig record "$db" 1 tire_psi=5 && fails_with 2 'more than one action' $matrig record "$db" --correct 1 --withdraw 2 &&
         fails_with 2 'recorded already: record 1 of conditions; .* --correct 1 ' $matrig record "$db" conditions 1 tire_psi=5 && fails_with 2 'to list all records' $matrig record "$db" mat 9 &&

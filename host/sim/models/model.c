@@ -288,7 +288,7 @@ double model_fastest_rate(struct model *m, const double *z, enum model_rate_kind
     memcpy(kept, m->contact, nodes);
     memcpy(kept + nodes, m->torsion, nodes);
     memset(m->contact, 1, nodes);
-    if (steps == MODEL_RATE_SPRINGS) {
+    if (steps == MODEL_RATE_SPRINGS_ONLY) {
         m->cv_lb_s_ft = m->cl_lb_s_ft = m->ct_lb_ft_s_rad = m->slack_ft = m->tad_rad = 0.0;
         m->elements.count = 0;
         memset(m->torsion + 1, 1, nodes - 2); /* joints at the ends may have no torsion */

@@ -75,7 +75,7 @@ static void restart(struct stepper *s)
     struct implicit_work *w = s->work;
     w->has_end_rates = false;
     if (w->fastest_spring_s <= 0.0) {
-        double rate = model_fastest_rate(s->model, s->z, MODEL_RATE_SPRINGS);
+        double rate = model_fastest_rate(s->model, s->z, MODEL_RATE_SPRINGS_ONLY);
         w->fastest_spring_s = rate > 0.0 ? 1.0 / rate : (double)INFINITY;
     }
     s->h_s = fmin(s->h_s, w->fastest_spring_s);
