@@ -50,7 +50,7 @@ links_are_right() {
 core_is_right() { # the block interrupt comes each millisecond; sleep as the profile counts it; lamp off after start
     read -r rises _ gap _ < <(lane irq60_dma2_stream4_irq)
     read -r _ asleep _ < <(lane sleeping)
-    of_profile=$(sed -n '1s/.*asleep \([0-9.]*\) %.*/\1/p' "$tmp/a.profile")
+    of_profile=$(sed -n '1s/.*asleep for \([0-9.]*\) %.*/\1/p' "$tmp/a.profile")
     entries=$(awk '$4 == "dma2_stream4_irq" { n += $3 } END { print n + 0 }' "$tmp/a.profile")
     echo "irq60: $rises rises, least gap $gap ns, entries by the profile $entries; asleep $asleep ns, profile $of_profile %"
     [ "$rises" -ge 1980 ] && [ "$rises" -eq "$entries" ] && [ "$gap" -gt 990000 ] && [ "$gap" -lt 1000100 ] || return 1
