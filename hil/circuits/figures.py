@@ -242,7 +242,7 @@ def parts_page(parts):
     lines = ["# Parts and connectors of the reference electronics", "",
              "<!-- Made by `make circuits-figures` from the schematics in hil/circuits. Do not edit. -->", "",
              f"{sum(row[0] for row in kinds)} parts of {len(kinds)} kinds. `G1..14/R5` means part R5 of the fourteen blocks G1 to G14. The count excludes sensors. "
-             "`make circuits` writes a list with all references, `build/circuits/parts.csv`.", "",
+             "`make circuits` writes a list of all part references, `build/circuits/parts.csv`.", "",
              "## Resistors and capacitors", "",
              "| Kind | Tolerance | Footprint | Values (count, if more than one) |", "|---|---|---|---|", *passives(kinds), "",
              "## Other parts", "", "| Count | Kind | Footprint | Part number | References |", "|--:|---|---|---|---|"]

@@ -780,12 +780,12 @@ void summary_add_channels(const struct measured *measured, enum mr_channel_kind 
 static void add_channels(const struct measured *measured, struct answer *answer)
 {
     bool read = measured->source != MEASURED_NO_SOURCE;
-    summary_add_channels(
-        measured, MR_KIND_DISPLACEMENT,
-        read ? "movement of the mat (+- is one standard error, - not valid)" : NULL, answer);
+    summary_add_channels(measured, MR_KIND_DISPLACEMENT,
+                         read ? "movement of the mat (+-: one standard error; -: not valid)" : NULL,
+                         answer);
     summary_add_channels(
         measured, MR_KIND_TENSION,
-        read ? "tension of the bands (+- is one standard error, - not valid)" : NULL, answer);
+        read ? "tension of the bands (+-: one standard error; -: not valid)" : NULL, answer);
 }
 
 static void add_faults(const struct summary *summary, struct answer *answer)

@@ -275,8 +275,7 @@ static const struct result_field result_fields[] = {
      ", available friction, A fy - R (C.10)"},
     {"F", "F'", UNIT_TENSION, 1, DESIGN_FIELD(connection_friction_lb),
      ", friction on one connection"},
-    {NULL, "held", UNIT_NUMBER, 0, DESIGN_FIELD(mats_per_connection),
-     " mats act against a connection"},
+    {NULL, "held", UNIT_NUMBER, 0, DESIGN_FIELD(mats_per_connection), " mats load one connection"},
     {"n", "n", UNIT_NUMBER, 0, DESIGN_FIELD(connection_count), " connections"},
     {"n_most", "largest n", UNIT_NUMBER, 0, DESIGN_FIELD(max_connection_count), " connections"},
     {"longest", "length", UNIT_STATION, 1, DESIGN_FIELD(max_band_length_ft),
@@ -346,7 +345,7 @@ static const struct command_part parts[] = {
     HELP_ITEM("NAME=VALUE",
               "an input; default: the report's example. Inputs and their units: weight (lb), "
               "deceleration (ft/s2), bands, width and thickness (in) or area (in2), yield, modulus "
-              "(psi), mat (lb), friction, held (mats that act against a connection), every (rows "
+              "(psi), mat (lb), friction, held (mats that load one connection), every (rows "
               "from rivet to rivet), row (ft, length of a mat), gear (ft, width of influence of "
               "the gear), length (ft between springs; default: longest possible), spring (lb/ft), "
               "at (0 to 1, where the braking force acts along the length), tension (lb, T0)"),

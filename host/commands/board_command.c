@@ -892,7 +892,7 @@ static const struct command_part parts[] = {
               "within 3 s. Example:\n  matrig board --can can:can0 arm 7"),
     HELP_WORD("disarm", "return to idle, even during a recording"),
     HELP_WORD("zero [1|2]",
-              "measure the zeros of all channels, of the transducers (1) or of the gages (2), as "
+              "measure the zeros of all channels (1: only the transducers; 2: only the gages), as "
               "means over 0.25 s. They are valid until a reset. If a reading moves or is not "
               "valid, or a gage is under tension, the zeros stay unchanged (exit 1)"),
     HELP_WORD("shunt", "shunt calibration of the gages (1 s). If matrig log is running on CAN, it "

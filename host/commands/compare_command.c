@@ -170,16 +170,15 @@ static const struct command_part parts[] = {
     HELP_ITEM("FILE",
               "scene or study file; default: the model runway. A study file describes an ensemble "
               "of runways, so the simulation has a spread. Without RUN, all landings are compared "
-              "in order; each starts on the runway that the preceding landing left"),
+              "in order; each starts with the runway as the preceding landing left it"),
     OPTION_TEXT("--scene", "S", scene, "same as FILE"),
     OPTION_TEXT("--series", "NAME", series,
                 "compare only the landings of this series (matrig landing --series); default: all "
                 "landings"),
     OPTION_TEXT(
         "--limits", "F", limits_path,
-        "file of limits. Each limit is named by the path of a value in the JSON result. A limit is "
-        "the largest allowed magnitude, but for share and within the smallest allowed value. Exit "
-        "1 "
+        "file of limits. Each limit names a value by its path in the JSON result. A limit is the "
+        "largest allowed magnitude, but for share and within the smallest allowed value. Exit 1 "
         "when a limit is violated:\n  {\"channels.*.rms_in\": 0.05, \"channels.3.rms_in\": 0.1,\n  "
         " \"zones.*.overlap_simulated.share\": 0.5, \"series.within\": 0.8}"),
     OPTION_NUMBER("--limit", "IN", rms_limit_in, "in", 0.0, 1e6, (double)NAN,

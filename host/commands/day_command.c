@@ -979,9 +979,9 @@ static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database; created if missing"),
     HELP_NOTE(
         "Steps: look (inspect the mat), series, calibrate, survey, load (send the survey to the "
-        "board), advise, ready, land. Keys: Enter runs the next step, 1 to 8 that step, s skips "
-        "the next step until after the landing, r writes the report, q quits. The log runs in a "
-        "separate terminal; the checklist shows its command."),
+        "board), advise, ready, land. The Enter key runs the next step; 1 to 8 run the step of "
+        "that number; s skips the next step until after the landing; r writes the report; q "
+        "quits. The log runs in a separate terminal; the checklist shows its command."),
     OPTION_TEXT(
         "--serial", "LINK", serial,
         "the board's serial port; default: that of the last log, otherwise the program asks"),

@@ -470,7 +470,7 @@ static const struct command_part parts[] = {
               "armed board refuses this until the landing is over. If no hello arrives, "
               "restart the board with BOOT0 high. stm32flash programs the chip and reads every "
               "byte back; the configuration is kept. If the cable was pulled, switch the board off "
-              "and on and repeat the command: a board with an incomplete image starts its boot "
+              "and on, then repeat the command: a board with an incomplete image starts its boot "
               "ROM. Exit 1 when the board does not run the image afterwards."),
     HELP_EXAMPLE("matrig flash serial:/dev/ttyUSB0 build/firmware/matrig.elf"),
 };

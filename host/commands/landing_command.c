@@ -416,7 +416,7 @@ static const struct command_part parts[] = {
                 "correct touchdown_ft (touchdown station), weight_lb (aircraft weight), pattern, "
                 "modification, runway or series; needs --reason"),
     OPTION_FLAG("--void", make_void,
-                "exclude the landing from report and compare, unless you give them --void. "
+                "exclude the landing from report and compare, unless they run with --void. "
                 "--unvoid includes it again. Both need --reason"),
     OPTION_CHOICE("--observe", "K", observe, "observation", "wave|break|other",
                   "record a wave, break or other observation, with --station FT, --panels N, "

@@ -347,8 +347,8 @@ static const struct command_part parts[] = {
         "DB",
         "campaign database. Without RUN, one row per landing: time of arming, series, touchdown "
         "speed, stop station (+- one standard error), zone warned of (with --json warning_start_ft "
-        "and warning_end_ft), frames lost, observations. Landings logged or imported twice are "
-        "marked. The last lines count zones reached, correct warnings and false ones"),
+        "and warning_end_ft), frames lost, observations. Landings that the campaign contains twice "
+        "are marked. The last lines count zones reached, correct warnings and false ones"),
     HELP_ITEM("RUN", "print the summary of landing RUN again, with later notes and observations"),
     HELP_EXAMPLE("matrig show campaign.db; matrig show campaign.db 5"),
 };

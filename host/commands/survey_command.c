@@ -849,8 +849,8 @@ static const struct command_part parts[] = {
                 "read a sheet. Readings that need confirmation are refused (exit 1) unless "
                 "--doubtful is given"),
     OPTION_TEXT("--sheet", "F.csv", sheet,
-                "write an empty sheet for all readings to F (- is standard output), in walking "
-                "order and with the last values"),
+                "write a sheet to fill in to F (- is standard output): all readings in walking "
+                "order, with the previous values"),
     OPTION_FLAG("--end", end, "end an incomplete survey"),
     OPTION_INTEGER("--withdraw", "N", withdraw, 1.0, 1e9, 0.0,
                    "withdraw survey N, which is kept but no longer used; needs --reason. matrig "

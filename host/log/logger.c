@@ -633,10 +633,10 @@ static enum mr_status continue_after_size_limit(struct logger *logger, const cha
     char from[PATH_SIZE];
     snprintf(from, sizeof from, "%s", original);
     bool again = stat(from, &info) == 0 && info.st_size >= LARGE_CAMPAIGN_MIN_BYTES;
-    snprintf(logger->removal_text, sizeof logger->removal_text,
-             "%s has reached the size limit for files (ulimit -f, or its file system); its data "
-             "stays there",
-             from);
+    snprintf(
+        logger->removal_text, sizeof logger->removal_text,
+        "%s has reached the maximum file size (of ulimit -f or its file system) and keeps its data",
+        from);
     return continue_in_new_campaign(logger, STORE_FILE_SAME, from, again);
 }
 

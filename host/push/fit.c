@@ -156,10 +156,11 @@ static enum mr_status find_or_add_series(struct readings_file *t, struct push_se
     *series = all->count > 0 ? &all->series[all->count - 1] : NULL;
     if (*series && strcmp((*series)->name, t->test) == 0 && (*series)->load_lb == t->load_lb) {
         if ((*series)->count == PUSH_READINGS_MAX)
-            return error_set(t->error, MR_TOO_LONG,
-                             "more than %u readings of a test: %s, line %u; name each test in the "
-                             "column test, or leave readings out",
-                             PUSH_READINGS_MAX, t->path, t->line);
+            return error_set(
+                t->error, MR_TOO_LONG,
+                "more than %u readings in one test: %s, line %u; give each test a name "
+                "in the column 'test', or remove readings",
+                PUSH_READINGS_MAX, t->path, t->line);
         return MR_OK;
     }
     if (all->count == PUSH_SERIES_MAX)

@@ -704,9 +704,11 @@ static enum mr_status check_first_case(const struct sweep *sweep, const char *pa
         input = at;
     }
     if (!input)
-        return error_set(error, MR_MALFORMED,
-                         "no such key: %s: a key with a dot is not in the base; correct the key",
-                         path);
+        return error_set(
+            error, MR_MALFORMED,
+            "no such key: %s: a key with a dot must lead to a place that exists in the "
+            "base; correct the key",
+            path);
     snprintf(where, sizeof where, "%s: first case", path);
     if (sweep->is_study) {
         if (series_from_json(&series, where, input, error) == MR_OK)

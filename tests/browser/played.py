@@ -37,7 +37,7 @@ def main(db):
     print("`make demo` plays synthetic landings on the emulated board. `make pictures` generates this page.\n")
     print("Advice before landing 5 for a plan of %.1f ft/s and %.1f ft/s²: **%s**. The probability that the wheel reaches a zone of 50 closed mats is %.0f %% (95 %% interval: %.0f to %.0f %%); the limit\n"
           "is %.0f %%. At this speed, braking up to %.1f ft/s² keeps the probability below the limit.\n" % (speed, planned, advice[0], 100 * p, 100 * low, 100 * high, 100 * limit, hardest))
-    print("| Landing | Touchdown speed (ft/s) | Mean deceleration (ft/s²) | Warning (s after touchdown) | Wheel at 50 closed mats, true time (s) | True lead (s) | Longest true zone ahead (mats) |")
+    print("| Landing | Touchdown speed (ft/s) | Mean deceleration (ft/s²) | Warning (s after touchdown) | True time at which the wheel reaches 50 closed mats (s) | True lead (s) | Longest true zone ahead (mats) |")
     print("|---|--:|--:|--:|--:|--:|--:|")
     for row in campaign["landings"]:
         landing, one = row["landing"], answer(db, str(row["run"]))

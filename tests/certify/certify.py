@@ -361,7 +361,7 @@ def main():
     if not given.names:
         rows, wrong = judge_sums(add_up(results), bounds)
         failed += wrong
-        table += "\nSums over all undamaged landings:\n\n| | Result | Bound |\n|---|--:|---|\n" + "\n".join(rows) + "\n"
+        table += "\nSums over all undisturbed landings:\n\n| | Result | Bound |\n|---|--:|---|\n" + "\n".join(rows) + "\n"
     same = [seen["statements"] for _, seen, _ in results if seen["same"]]
     table += "\n%d cases in %.0f min; %s. Host and board agree bit for bit in %d cases (%d reports).\n" % (
         len(results), (time.time() - begun) / 60, "**%d bounds failed**" % failed if failed else "all bounds hold", len(same), sum(same))

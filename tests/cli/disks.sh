@@ -181,7 +181,7 @@ in_all() { # SQL: the sum over the campaign and those beside it
 goes_on_in_another_file() {
     local known=$(sqlite3 "$tmp/kept.db" 'SELECT count(*) FROM frames') blocks=$(sqlite3 "$tmp/kept.db" 'SELECT count(*) FROM blocks')
     bash -c "ulimit -c 0 -f 1500; exec $matrig --quiet log --can file:$tmp/can --serial file:$tmp/serial --db $tmp/grown.db" >"$tmp/out" 2>"$tmp/err"
-    [ $? = 3 ] && tail -n 1 "$tmp/err" | grep -Eq '\.db has reached the size limit for files \(ulimit -f, or its file system\); its data stays there; the data logged since [0-9:]* is in .*grown-saved-' || { cat "$tmp/err"; return 1; }
+    [ $? = 3 ] && tail -n 1 "$tmp/err" | grep -Eq '\.db has reached the maximum file size \(of ulimit -f or its file system\) and keeps its data; the data logged since [0-9:]* is in .*grown-saved-' || { cat "$tmp/err"; return 1; }
     ls -l "$tmp"/grown*
     echo "frames $(in_all 'SELECT count(*) FROM frames') of $known, blocks $(in_all 'SELECT count(*) FROM blocks') of $blocks"
     [ "$(ls "$tmp"/grown*.db | wc -l)" -ge 2 ] && [ "$(in_all 'SELECT count(*) FROM frames')" = "$known" ] && [ "$(in_all 'SELECT count(*) FROM blocks')" = "$blocks" ]

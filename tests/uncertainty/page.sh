@@ -27,7 +27,7 @@ $(of --without temperature | rows 'without temperature')
 
 ## Method
 
-Each draw is one transducer and one gage on a separate board, drawn from the tolerances of the reference circuits (\`hil/circuits/figures.def\`). The certificate states
+Each draw is one transducer or one gage with its board, drawn from the tolerances of the reference circuits (\`hil/circuits/figures.def\`). The certificate states
 0.8 % (transducer) and 0.4 % (gage) with k = 2. The nonlinearity of the sensor is 0.002 in or 0.1 lb rms.
 
 The calibration goes up and down through ten known values, set to within 0.001 in or 0.05 lb, and fits a straight line. Then the temperature changes by up to 10 K, and one

@@ -165,7 +165,7 @@ static const struct sim_key keys[] = {
     INT_KEY("bump_first", bump_first, 1, SIM_MATS_MAX + 1, "node",
             "node of the first value of bump"),
     LIST_KEY("bump", bump_ft, SIM_KEY_LIST, -SIM_VALUE_MAX, SIM_VALUE_MAX, "ft",
-             "initial heights of the nodes from bump_first on"),
+             "initial heights of the nodes, starting at bump_first"),
     VARIED_KEY("v0", v0_ft_s, SIM_VARIED_V0, -SIM_VALUE_MAX, false, "ft/s",
                "initial speed of mat v0_mat: number or list by mat"),
     INT_KEY("v0_mat", v0_mat, 0, SIM_MATS_MAX, "mat",
