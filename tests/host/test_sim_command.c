@@ -130,7 +130,7 @@ TEST(an_unstable_run_says_where)
 TEST(a_limit_leaves_what_was_computed)
 {
     assert_int_equal(SIM(JSON, "host/scenes/consistent_fig3_11_12000.json", "--limit", "0.001"), 5);
-    assert_non_null(strstr(err, "the limit of 0.001 s of computing was reached"));
+    assert_non_null(strstr(err, "by the computing limit of 0.001 s"));
     json_t *object = json_loads(out, 0, NULL);
     assert_non_null(object);
     assert_string_equal(json_string_value(json_object_get(object, "status")), "interrupted");
