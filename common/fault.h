@@ -15,8 +15,8 @@
     X(SCAN_OVERRUN,         7, "converter overrun, or lost scan [converter, 1 or 3]")             \
     X(BLOCK_LATE,           8, "blocks were overwritten before they were processed")              \
     X(POLARITY,             9, "excitation had the wrong polarity for the scan")                  \
-    X(EDGE_OVERRUN,        10, "edges came faster than they could be stored [1: edges too old "   \
-      "after the blocks had paused; 2: camera pulses, not edges]")                                \
+    X(EDGE_OVERRUN,        10, "edges came faster than they could be stored [1: edges dropped "   \
+      "as too old, after a pause of the blocks; 2: camera pulses, not edges]")                    \
     X(CAN_PASSIVE,         11, "CAN is error passive: unplugged, or wrong bit rate [transmit "    \
       "error counter]")                                                                           \
     X(CAN_BUS_OFF,         12, "CAN went bus-off")                                                \
@@ -36,7 +36,7 @@
     X(NOR_MISSING,         24, "no black box: its memory does not answer, or is of a "            \
       "different type [0: at the start, 1: later]")                                               \
     X(NOR_FAILED,          25, "the black-box memory failed [1 program, 2 erase, 3 read, 4 "      \
-      "mark a record as free, 5 stays busy, 6 store the runway, 7 store the key]")                \
+      "mark a record as free, 5 remain busy, 6 store the runway, 7 store the key]")                \
     X(BOX_LOST,            26, "the black box had no room for a block or a message [0 block, 1 "  \
       "message]")                                                                                 \
     X(CONFIG,              27, "a stored configuration is damaged [1 copy A, 2 copy B, 3 both: "  \

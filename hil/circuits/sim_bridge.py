@@ -146,5 +146,5 @@ def figures(parts, work):
         ("relay_operate_ms", operate_ms + 0.5, "ms",
          "time from PE1 high until the contact is closed (coil 0.1 H assumed, contact 0.5 ms with bounce), maximum of 20 simulated circuits"),
         ("relay_release_ms", release_ms + 0.2, "ms", "time from PE1 low until the contact is open (coil with its diode, contact 0.2 ms), maximum of 20 simulated circuits"),
-        ("relay_bounce_ms", 0.25, "ms", "bounce time of the contact, assumed to be half of the contact's 0.5 ms"),
+        ("relay_bounce_ms", 0.25, "ms", "bounce time of the contact, assumed to be half of its operate time of 0.5 ms"),
     ]

@@ -320,7 +320,7 @@ static void program_cells(struct hil_flash_device *dev, uint32_t offset, unsigne
     if (!(flash->cr & CR_PG)) {
         set_error_flag(dev, SR_PGSERR, "store without CR.PG", address);
     } else if (offset % PROGRAM_ROW_BYTES + size > PROGRAM_ROW_BYTES) {
-        set_error_flag(dev, SR_PGAERR, "store across a row of 128 bits", address);
+        set_error_flag(dev, SR_PGAERR, "write across the boundary of a row of 128 bits", address);
     } else if (size != 1u << (flash->cr >> 8 & 3u) || offset % size) {
         set_error_flag(dev, SR_PGPERR, "store of a width other than PSIZE", address);
     } else {

@@ -236,7 +236,7 @@ static void add_missing_samples(const struct measured *measured, enum mr_channel
     char numbers[120];
     if (measured->has_no_baseline && kind == MR_KIND_DISPLACEMENT)
         answer_sentence(answer, NULL,
-                        "No reading at rest before the landing was received: movements are not "
+                        "No reading at rest was received before the landing: movements are not "
                         "known.");
     else if (measured->is_start_missing && measured->first_edge > 0)
         answer_sentence(answer, NULL,

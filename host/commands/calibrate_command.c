@@ -583,7 +583,8 @@ static const struct command_part parts[] = {
                 "another"),
     OPTION_TEXT(
         "--points", "F", points,
-        "calibrate from a file of VALUE,CODE rows, for the configuration of --config (from matrig "
+        "calibrate from a file of VALUE,CODE rows; --config names the configuration file (from "
+        "matrig "
         "board config get). The first line names the columns and the unit of the values: mm,codes "
         "or load (lb),codes. A value may have its own unit: 12.7 mm,372.4"),
     OPTION_TEXT("-o", "F.cfg", output,
@@ -612,8 +613,9 @@ static const struct command_part parts[] = {
         "matrig ready reports no-go. matrig ready also compares --sensor S with the configuration"),
     OPTION_TEXT(
         "--recompute", "C", recompute,
-        "apply the calibration of configuration C to recorded landings of DB: all, a series, or "
-        "one. Readings are recomputed from the stored converter codes; the old calibration is "
+        "apply the calibration of configuration C to all recorded landings of DB, to a series or "
+        "to one landing. Readings are recomputed from the stored converter codes; the old "
+        "calibration is "
         "kept. --zeros also applies the zeros of the gages; default: zeros as measured"),
     OPTION_FORCE(force),
     HELP_NOTE("Results are in inches and pounds, even with --si."),

@@ -149,7 +149,8 @@ static const struct command_part sweep_parts[] = {
     OPTION_FLAG("--table", table,
                 "summarize the result files R.jsonl...: counts, reasons for failures, sensitivity "
                 "indices, all cases. Exit 1 when cases are missing"),
-    OPTION_TEXT("-o", "F", output, "file to write: results of --cases, or cases of --table as CSV"),
+    OPTION_TEXT("-o", "F", output,
+                "output file: with --cases the results, with --table the cases as CSV"),
     HELP_NOTE("A failed case also has a result line, which gives the reason."),
     HELP_EXAMPLE("matrig sweep host/sweep/examples/threshold.json --cases 1..35 -o r.jsonl\n"
                  "matrig sweep host/sweep/examples/threshold.json --table r.jsonl -o table.csv"),

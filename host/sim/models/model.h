@@ -196,8 +196,8 @@ double model_worst_angle_deg(const struct model *model, const double *z, int *ma
 
 /* Largest rate of the linearised equations with every node in contact, 1/s (power iteration), which
  * limits explicit steps. MODEL_RATE_STAGGERED leaves out the parts that staggered steps treat
- * implicitly or exactly: the soil's dampers and the elements of the table. MODEL_RATE_SPRINGS_ONLY: only
- * the springs, with every joint and hinge engaged, which gives the shortest time in which a
+ * implicitly or exactly: the soil's dampers and the elements of the table. MODEL_RATE_SPRINGS_ONLY:
+ * only the springs, with every joint and hinge engaged, which gives the shortest time in which a
  * colliding part can swing back. */
 enum model_rate_kind { MODEL_RATE_EXPLICIT, MODEL_RATE_STAGGERED, MODEL_RATE_SPRINGS_ONLY };
 double model_fastest_rate(struct model *model, const double *z, enum model_rate_kind steps);
