@@ -53,13 +53,15 @@ static void apply_joint_repairs(struct advise *advise, int64_t from, int64_t to)
                  end = history->runway.chain.mats;
     for (size_t i = 0; i < history->inspections.count; i++) {
         const struct inspection *entry = &history->inspections.entry[i];
-        const char *how = json_string_value(json_object_get(entry->values, "repair"));
+        const char *how = json_string_value(json_object_get(entry->values, "repair")),
+                   *what = json_string_value(json_object_get(entry->values, "what"));
         double first = inspection_number(entry->values, "station_ft").value / mat_ft,
                mats = fmax(inspection_number(entry->values, "length_ft").value / mat_ft, 0.0),
                before = inspection_number(entry->values, "repaired").value;
         int64_t run = isnan(before) ? entry->row.run + 1 : (int64_t)before;
         if (!inspection_is_valid(entry, NULL, 0) || !how || !(first <= end) || run <= from ||
-            run > to || (strcmp(how, "replaced") != 0 && strcmp(how, "relaid") != 0))
+            run > to || (strcmp(how, "replaced") != 0 && strcmp(how, "relaid") != 0) ||
+            (what && strstr("band|rivet|stiffener|membrane", what))) /* joints stay as they are */
             continue;
         advise_resample_joints(&advise->members, (unsigned)lround(first),
                                (unsigned)lround(fmin(first + mats, end)));
@@ -334,7 +336,7 @@ static void format_max_braking(const struct advise *advise, bool si,
                  from);
     else
         snprintf(out, MAX_BRAKING_TEXT_SIZE,
-                 "no braking keeps the risks of a zone and of rolling off the end below "
+                 "no rate of braking keeps the risks of a zone and of rolling off the end below "
                  "the limit");
 }
 
@@ -436,7 +438,7 @@ static void format_bound(const struct advise_limit_crossing *reach, enum unit_ki
  * recommended. */
 static const char *get_no_braking_reason(const struct advise *advise)
 {
-    return isfinite(advise->stop_short_braking_ft_s2) ? "no gentler braking" : "no braking";
+    return isfinite(advise->stop_short_braking_ft_s2) ? "no gentler braking" : "no rate of braking";
 }
 
 /* Writes one sentence that recommends to the operator what to do. */

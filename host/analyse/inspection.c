@@ -120,13 +120,22 @@ static enum mr_status read_quantity(const struct inspection_field *field, const 
 {
     const char *end;
     double number = mr_decimal_read(text, &end);
-    end += strspn(end, " ");
-    end += strncmp(end, DEGREE, 2) == 0 ? 2u : strncasecmp(end, "deg", 3) == 0 ? 3u : 0u;
-    const bool celsius = strcasecmp(end, "C") == 0;
-    if (!is_temperature(field) || !(celsius || strcasecmp(end, "K") == 0))
+    const char *unit = end + strspn(end, " ");
+    if (!is_temperature(field))
         return quantity_read(text, field->name, quantity_unit_of_name(field->name), NULL, value,
                              error);
-    *value = 1.8 * number + (!is_value ? 0.0 : celsius ? 32.0 : -459.67);
+    unit += strncmp(unit, DEGREE, 2) == 0 ? 2u : strncasecmp(unit, "deg", 3) == 0 ? 3u : 0u;
+    unit += strspn(unit, " ");
+    if (end == text || (unit[0] && (unit[1] || !strchr("FfCcKk", unit[0]))))
+        return error_set(error, MR_USAGE,
+                         "not a temperature: '%s' for %s; give a number with F, C "
+                         "or K",
+                         text, field->name);
+    const bool celsius = strchr("Cc", unit[0]), kelvin = strchr("Kk", unit[0]);
+    *value = !unit[0] || !(celsius || kelvin) ? number
+                                              : 1.8 * number + (!is_value ? 0.0
+                                                                : celsius ? 32.0
+                                                                          : -459.67);
     return MR_OK;
 }
 
@@ -140,6 +149,8 @@ static enum mr_status read_estimate(const struct inspection_field *field, const 
     snprintf(part[0], 60, "%.*s", sign ? (int)(sign - text) : 59, text);
     snprintf(part[1], 60, "%s", sign ? sign + 2 : "0");
     for (int i = 0; i < 2; i++) {
+        for (char *tab = part[i]; (tab = strchr(tab, '\t'));)
+            *tab = ' ';
         for (size_t end = strlen(part[i]); end > 0 && part[i][end - 1] == ' ';)
             part[i][--end] = '\0';
         mr_decimal_read(part[i], &unit[i]);
@@ -165,8 +176,10 @@ static enum mr_status read_marks(const char *name, const char *text, struct esti
     struct rig_marks m = {.error = 1.0};
     struct estimate distance;
     char length[60];
-    if (sscanf(text, "%59[^:]: %lf,%lf %lf,%lf %lf,%lf %lf", length, &m.x[0], &m.y[0], &m.x[1],
-               &m.y[1], &m.x[2], &m.y[2], &m.error) < 7)
+    int end = 0;
+    if (sscanf(text, "%59[^:]: %lf,%lf %lf,%lf %lf,%lf %n%lf %n", length, &m.x[0], &m.y[0], &m.x[1],
+               &m.y[1], &m.x[2], &m.y[2], &end, &m.error, &end) < 7 ||
+        text[end])
         return error_set(error, MR_USAGE,
                          "not marks: '%s' for %s; give DISTANCE: X,Y X,Y X,Y [ERROR]", text, name);
     return read_estimate(&distance_ft, length, &distance, error)
@@ -286,8 +299,11 @@ static const struct inspection *find_same(const struct inspections *all,
 {
     for (size_t i = 0; i < all->count; i++) {
         const struct inspection *entry = &all->entry[i];
-        if (inspection_is_valid(entry, NULL, 0) && strcmp(entry->row.kind, row->kind) == 0 &&
-            entry->row.run == row->run && !(fabs(entry->row.place - row->place) > 0.0) &&
+        const bool is_corrected = entry->replaced_by && entry->replaced_by->values;
+        if ((inspection_is_valid(entry, NULL, 0) ||
+             (is_corrected && row->corrects == STORE_NONE)) &&
+            strcmp(entry->row.kind, row->kind) == 0 && entry->row.run == row->run &&
+            !(fabs(entry->row.place - row->place) > 0.0) &&
             ((inspection_is_single(entry->kind) && entry->row.id != row->corrects) ||
              strcmp(entry->row.fields, row->fields) == 0))
             return entry;

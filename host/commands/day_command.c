@@ -728,7 +728,7 @@ static bool ask_record(struct day *day, const struct inspection_kind *kind,
                                    kind->words, field->words, unit,
                                    was[0] ? was
                                    : ends ? "none, or no more"
-                                          : "none");
+                                          : "no answer");
         do {
             print_error(day);
             json_object_clear(values);

@@ -381,14 +381,16 @@ static void read_subgrade(struct reader *r)
     inspection_load(program_open_campaign(path, STORE_READ), &all, fatal);
     for (int node = 0; node <= mats; node++) {
         double nearest_ft = HUGE_VAL;
+        int64_t newest = 0;
         for (size_t i = 0; i < all.count; i++) {
             const struct inspection *entry = &all.entry[i];
             struct estimate bearing = inspection_number(entry->values, "bearing_lb_in3");
             double off_ft = fabs(entry->row.place - node * length_ft.value);
             if (!inspection_is_valid(entry, NULL, 0) || !(bearing.value > 0.0) ||
-                off_ft > nearest_ft)
+                off_ft > nearest_ft || (off_ft == nearest_ft && entry->origin < newest))
                 continue;
             nearest_ft = off_ft;
+            newest = entry->origin;
             /* half of the plate test's value, in lb/ft3 */
             k = (struct estimate){864.0 * bearing.value, 864.0 * bearing.error};
         }

@@ -314,6 +314,8 @@ static void check_request(const struct request *r)
         {r->correct && !r->fields, "no field: --correct N needs FIELD=VALUE"},
         {(r->correct || r->withdraw) && (r->kind || r->place),
          "unexpected KIND or PLACE: --correct and --withdraw need the number of the record only"},
+        {r->place && (r->csv || (r->path && r->kind->place != INSPECTION_LANDING)),
+         "unexpected PLACE: a sheet names the place of each record"},
         {r->kind && r->place && r->kind->place != INSPECTION_LANDING && !acts && !r->fields,
          "no field: add FIELD=VALUE; to list all records of this kind, give matrig record DB KIND"},
     };
@@ -354,6 +356,7 @@ static int record_command(int argc, char **argv, const struct cli *cli)
 {
     static struct request r;
     struct inspections all;
+    struct store_landing landing;
     int64_t run = 0;
     command_parse(&command_record, argc, argv, cli, &r, r.words, fatal);
     if (r.kinds)
@@ -370,6 +373,8 @@ static int record_command(int argc, char **argv, const struct cli *cli)
         parse_run(r.place, &run, fatal);
     store_find_run(store, &run, fatal);
     store_find_run(store, &r.compare, fatal);
+    if (run)
+        store_landing_get(store, run, &landing, fatal);
     if (adds)
         store_begin(store, fatal);
     inspection_load(store, &all, fatal);
@@ -385,7 +390,7 @@ static int record_command(int argc, char **argv, const struct cli *cli)
     else if (!r.compare)
         show_records(cli, &r, &all, run, answer);
     else if (inspection_add_differences(store, &all, r.compare, run, answer, fatal) == 0)
-        answer_sentence(answer, NULL, "The records of the two landings do not differ.");
+        answer_sentence(answer, NULL, "The conditions of the two landings do not differ.");
     if (adds) {
         store_commit(store, fatal);
         if (all.count == before)
@@ -413,7 +418,7 @@ static const struct command_part parts[] = {
     OPTION_INTEGER("--withdraw", "N", withdraw, 1.0, 1e15, 0.0,
                    "withdraw record N; needs --reason. Old values stay in the campaign"),
     OPTION_RUN("--compare", "RUN", compare,
-               "list the differences between the records of two landings"),
+               "list the differences between the conditions of two landings"),
     OPTION_INTEGER("--measure", "N", measure, 1.0, 1e15, 0.0,
                    "write a web page with the picture of record N (-o F.html). There you mark two "
                    "points of known distance and a third point; the page prints the command that "

@@ -107,6 +107,11 @@ static enum mr_status make_copy_sql(struct store *store, const char *table, char
             fits &= snprintf(values + to, sizeof values - to,
                              "%sCASE WHEN \"%s\" IS NULL THEN NULL ELSE 1 END", comma,
                              name) < (int)(sizeof values - to);
+        else if (strcmp(table, "records") == 0 && strcmp(name, "fields") == 0) /* a RUN in them */
+            fits &= snprintf(values + to, sizeof values - to,
+                             "%sCASE WHEN fields LIKE '%%\"repaired\":%%' THEN json_set(fields, "
+                             "'$.repaired', fields->>'repaired'-landing+1) ELSE fields END",
+                             comma) < (int)(sizeof values - to);
         else
             fits &= snprintf(values + to, sizeof values - to, "%s\"%s\"", comma, name) <
                     (int)(sizeof values - to);

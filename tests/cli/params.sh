@@ -49,6 +49,7 @@ check "two tests of one parameter are refused" fails_with 4 'two tests give KV' 
 acceptance_gives_kv() {
     local at
     for at in '1 bearing_lb_in3=150' '1 bearing_lb_in3=200+-10' '7 bearing_lb_in3=100+-5' '9 cbr_percent=20' '10 bearing_lb_in3=900'; do $m --quiet record "$tmp/kv.db" subgrade $at >/dev/null; done
+    $m --quiet record "$tmp/kv.db" --correct 1 moisture_percent=5 --reason late >/dev/null # the test of 200 stays the newest
     $m --quiet record "$tmp/kv.db" --withdraw 5 --reason 'wrong scale' >/dev/null
     echo '{"subgrade": {"records": "kv.db", "mats": 5, "mat_length_ft": 2, "mat_width_ft": 12}}' >"$tmp/readings.json"
     near KV error 207360 1 && near KV value $((4147200 / 3 + 2073600 * 2 / 3)) 10 && $m params "$tmp/readings.json" -o "$tmp/kv.json" && cat "$tmp/kv.json" && python3 - "$tmp/kv.json" <<'PY' || return 1

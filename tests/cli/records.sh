@@ -149,13 +149,18 @@ PY
     [ $? = 0 ] && cp "$tmp/none.db" "$tmp/c.db" && $matrig --quiet record "$tmp/c.db" conditions 1 drive=coast >/dev/null && $matrig --json report "$tmp/c.db" -o "$tmp/c.html" >/dev/null && ! grep 'damage and acceptance' "$tmp/c.html"
 }
 in_si() { $matrig --si record "$db" mat 2>&1 | tee "$tmp/said" | grep 'joint strength (N/m)' && grep "$(awk 'BEGIN {printf "%.6g", 12.8 * 4.4482216152605 / 0.0254}')" "$tmp/said" && $matrig --si record "$db" conditions | grep -F "23 +- 1 "; }
+bundled_repairs() { # RUN 2 is RUN 1 of the bundle, so what RUN 3 begins with is RUN 2
+    cp "$tmp/none.db" "$tmp/b.db"
+    $matrig --quiet record "$tmp/b.db" damage 2 station_ft=60 repair=relaid repaired=3 >/dev/null && $matrig --quiet bundle "$tmp/b.db" 2 -o "$tmp/b1.db" && [ "$(field "$tmp/b1.db" 1 "['fields']['repaired']")" = 2.0 ]
+}
 with_a_bundle() { $matrig --quiet bundle "$db" 2 -o "$tmp/one.db" && $matrig record "$tmp/one.db" >"$tmp/said" && grep 'dislocated' "$tmp/said" && grep '12.8 (was 11.5)' "$tmp/said" && ! grep '^ *1 *1 *coast' "$tmp/said"; }
 once() { # a field given twice, a record or a sheet entered twice; the second piece of damage has a place of its own
     cp "$tmp/none.db" "$tmp/o.db"
     printf 'mat,joint_lb_in\n20,12.5\n' >"$tmp/once.csv"
     fails_with 2 'two values: joint_lb_in' $matrig record "$tmp/o.db" mat 20 joint_lb_in=12.5 joint_lb_in=13 && $matrig --quiet record "$tmp/o.db" mat --csv "$tmp/once.csv" >/dev/null &&
         fails_with 2 'once.csv, line 2: recorded already: record 1 of mat;' $matrig record "$tmp/o.db" mat --csv "$tmp/once.csv" && fails_with 2 'recorded already: record 1 of mat' $matrig record "$tmp/o.db" mat 20 joint_lb_in=12.5 &&
-        $matrig --quiet record "$tmp/o.db" damage 1 what=rivet station_ft=88 >/dev/null && fails_with 2 'recorded already: record 2 of damage' $matrig record "$tmp/o.db" damage 1 what=rivet station_ft=88 && $matrig --quiet record "$tmp/o.db" damage 1 what=rivet station_ft=89 >/dev/null
+        $matrig --quiet record "$tmp/o.db" damage 1 what=rivet station_ft=88 >/dev/null && fails_with 2 'recorded already: record 2 of damage' $matrig record "$tmp/o.db" damage 1 what=rivet station_ft=88 && $matrig --quiet record "$tmp/o.db" damage 1 what=rivet station_ft=89 >/dev/null &&
+        $matrig --quiet record "$tmp/o.db" --correct 1 joint_lb_in=13 --reason x >/dev/null && fails_with 2 'recorded already: record 1 of mat' $matrig record "$tmp/o.db" mat 20 joint_lb_in=12.5
 }
 rules() { # each sentence names what is wrong
     cp "$tmp/none.db" "$tmp/o.db"
@@ -167,7 +172,15 @@ repaired is the first RUN after the repair|damage 2 station_ft=88 repair=relaid 
 not a whole number: 2.5 for repaired|damage 1 station_ft=88 repair=relaid repaired=2.5
 repaired needs the field repair|damage 1 station_ft=88 repaired=2
 a repair needs station_ft|damage 1 repair=relaid
-shares of the axles do not sum to 100|conditions 1 front_axle_percent=60 middle_axle_percent=60 rear_axle_percent=60
+shares of the axles do not sum to 100|conditions 1 front_axle_percent=60 middle_axle_percent=60
+shares of the axles do not sum to 100|conditions 1 front_axle_percent=30 middle_axle_percent=30 rear_axle_percent=30
+not a temperature: .C. for temperature_f|conditions 1 temperature_f=C
+not a temperature: . C. for temperature_f|conditions 1 temperature_f='24 C+-'
+not a temperature: .24 degCs. for|conditions 1 temperature_f='24 degCs'
+not marks|picture 1 height_ft='2 ft: 100,300 500,300 200,240 px'
+unexpected PLACE|mat 12 -o $tmp/no.csv
+unexpected PLACE|damage 2 --csv $tmp/once.csv
+no such landing: RUN 9|conditions 9
 not a place: 421 for mat|mat 421 joint_lb_in=12
 not a place: 0 for joint|joint 0 stop_deg=3
 not a place: 130 for station_ft|subgrade 130 cbr_percent=12
@@ -221,7 +234,7 @@ from_the_landing_before() { # not from a later one that was recorded first
 }
 temperatures() {
     local i=0
-    for t in '24 degC' '24 degc' '24 C' '24 °C' '297.15 K' '75.2' '75.2 F'; do
+    for t in '24 degC' $'24\tdegC\t' '24 deg C' '24 degc' '24 C' '24 °C' '297.15 K' '75.2' '75.2 F'; do
         cp "$tmp/none.db" "$tmp/t.db"
         $matrig --quiet record "$tmp/t.db" conditions 1 temperature_f="$t" >/dev/null && [ "$(sqlite3 "$tmp/t.db" "select round(fields ->> 'temperature_f', 9) from records")" = 75.2 ] || { echo "$t"; sqlite3 "$tmp/t.db" 'select fields from records'; return 1; }
     done
@@ -291,6 +304,7 @@ check "the report has them, escaped" in_the_report
 check "a map of damage and acceptance" map_in_the_report
 check "in SI" in_si
 check "passed on with a bundle" with_a_bundle
+check "a bundle renumbers the RUN of a repair" bundled_repairs
 check "a day asks only for kinds in use" day_asks_for_what_is_used
 check "answers before q or the end of input are recorded" answers_stay
 check "values are kept from the landing before" from_the_landing_before
