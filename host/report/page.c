@@ -521,7 +521,7 @@ static void put_fact_list(const struct report *report, bool *of, FILE *out)
     static const struct number_fact weight = {
         "gear weight", FACT_OFFSET(weight_lb),
         UNIT_TENSION,  1,
-        "not entered", "matrig landing DB RUN --correct weight_lb=POUNDS"};
+        "not entered", "matrig landing DB RUN --correct weight_lb=POUNDS --reason TEXT"};
     fputs("<dl class=\"first\">\n", out);
     put_date_fact(report, out);
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
