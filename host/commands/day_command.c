@@ -678,8 +678,7 @@ static bool ask_weight(struct day *day)
     return true;
 }
 
-/* Asks for the station and number of panels of each observed wave. The report compares predictions
- * with these observations. */
+/* Asks for the station and number of panels of each observed wave. */
 static bool ask_waves(struct day *day)
 {
     char run_text[24], station[40], panels[40];
@@ -703,17 +702,16 @@ static bool ask_waves(struct day *day)
     }
 }
 
-/* Asks for a record of the landing, one question per field. Enter keeps the previous value, or ends
- * the records of the kind at the first field. What was answered before q is recorded. False: end of
- * input or of the records. */
-static bool ask_record(struct day *day, const struct inspection_kind *kind,
-                       const struct inspection *last)
+/* Asks for a record, one question per field. Enter keeps the value in `last` or, at a first field
+ * without one, ends the kind, as q does. `again`: `last` was refused. False: the kind has ended. */
+static bool ask_record(struct day *day, const struct inspection_kind *kind, const json_t *last,
+                       bool again)
 {
     static char word[INSPECTION_FIELDS_MAX][INSPECTION_TEXT_SIZE + 80];
-    char run_text[24], was[INSPECTION_TEXT_SIZE], value[INSPECTION_TEXT_SIZE];
     size_t words = 0;
+    char run_text[24], was[INSPECTION_TEXT_SIZE], value[INSPECTION_TEXT_SIZE];
     struct command_line line = make_line("record", day->r.db);
-    json_t *values = json_object();
+    json_t *one = json_object(), *values = json_object();
     bool goes_on = true;
     snprintf(run_text, sizeof run_text, "%lld", (long long)day->facts.run);
     add_word(&line, kind->name);
@@ -723,7 +721,7 @@ static bool ask_record(struct day *day, const struct inspection_kind *kind,
         if (field->marked)
             continue;
         bool ends = field == kind->field && !inspection_is_single(kind);
-        inspection_format(field, field->from_last ? last->values : NULL, was);
+        inspection_format(field, field->from_last || again ? last : NULL, was);
         char *question = xasprintf(*unit ? "%s: %s, %s (Enter: %s): " : "%s: %s%s (Enter: %s): ",
                                    kind->words, field->words, unit,
                                    was[0] ? was
@@ -731,18 +729,20 @@ static bool ask_record(struct day *day, const struct inspection_kind *kind,
                                           : "no answer");
         do {
             print_error(day);
-            json_object_clear(values);
+            json_object_clear(one);
             goes_on = ask_user(question, value, sizeof value);
             snprintf(word[words], sizeof word[0], "%s=%s", field->name, value[0] ? value : was);
-        } while (goes_on && inspection_read(kind, word[words], values, &day->error) != MR_OK);
+        } while (goes_on && inspection_read(kind, word[words], one, &day->error) != MR_OK);
         free(question);
-        goes_on &= !(ends && !value[0]);
+        json_object_update(values, one);
+        goes_on &= !(ends && !value[0] && !was[0]);
         if (goes_on && (value[0] || was[0]))
             add_word(&line, word[words++]);
     }
+    if (words > 0 && !run_line(day, &line) && goes_on)
+        goes_on = ask_record(day, kind, values, true);
     json_decref(values);
-    if (words > 0)
-        run_line(day, &line);
+    json_decref(one);
     return goes_on;
 }
 
@@ -756,7 +756,7 @@ static void ask_records(struct day *day)
         if (kind->place != INSPECTION_LANDING || !last ||
             (inspection_is_single(kind) && last->row.run == day->facts.run))
             continue;
-        while (ask_record(day, kind, last) && !inspection_is_single(kind))
+        while (ask_record(day, kind, last->values, false) && !inspection_is_single(kind))
             ;
     }
     inspection_free(&all);

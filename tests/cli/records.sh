@@ -228,6 +228,12 @@ answers_stay() { # before q and before the end of input
     grep -q 'q: end of the questions' "$tmp/said" && $matrig --quiet record "$tmp/q.db" --withdraw 2 --reason again >/dev/null
     day '1\n\n\n\n\n8' "$tmp/q.db" && [ "$(field "$tmp/q.db" 4 "['fields']['release_ft']")" = 8.0 ]
 }
+asked_again() { # shares of 110 % are refused; the third is answered again, the rest stays
+    cp "$tmp/none.db" "$tmp/a.db"
+    $matrig --quiet record "$tmp/a.db" conditions 1 drive=coast >/dev/null
+    day '1\njk\n\n\ntruck\n\n\n\n5\n\n\n\n30\n40\n40\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n30\nq\nq\nq\n' "$tmp/a.db"
+    [ "$(field "$tmp/a.db" 2 "['fields']")" = "{'drive': 'truck', 'front_axle_percent': 30.0, 'middle_axle_percent': 40.0, 'rear_axle_percent': 30.0, 'tire_psi': 5.0}" ] || { cat "$tmp/said"; return 1; }
+}
 from_the_landing_before() { # not from a later one that was recorded first
     cp "$tmp/none.db" "$tmp/e.db"
     $matrig --quiet record "$tmp/e.db" conditions 2 tire_psi=7 >/dev/null && $matrig record "$tmp/e.db" conditions 1 drive=coast >"$tmp/said" && ! grep 'tire_psi' "$tmp/said"
@@ -307,6 +313,7 @@ check "passed on with a bundle" with_a_bundle
 check "a bundle renumbers the RUN of a repair" bundled_repairs
 check "a day asks only for kinds in use" day_asks_for_what_is_used
 check "answers before q or the end of input are recorded" answers_stay
+check "a refused record is asked for again with its answers" asked_again
 check "values are kept from the landing before" from_the_landing_before
 check "temperatures in every unit" temperatures
 check "a value one error from its limit" at_one_error
