@@ -1,5 +1,6 @@
 #include "host/analyse/inspection.h"
 
+#include <ctype.h>
 #include <math.h>
 #include <sha2.h>
 #include <stdio.h>
@@ -126,16 +127,13 @@ static enum mr_status read_quantity(const struct inspection_field *field, const 
                              error);
     unit += strncmp(unit, DEGREE, 2) == 0 ? 2u : strncasecmp(unit, "deg", 3) == 0 ? 3u : 0u;
     unit += strspn(unit, " ");
-    if (end == text || (unit[0] && (unit[1] || !strchr("FfCcKk", unit[0]))))
+    const int letter = toupper((unsigned char)unit[0]);
+    if (end == text || (letter && (unit[1] || !strchr("FCK", letter))))
         return error_set(error, MR_USAGE,
-                         "not a temperature: '%s' for %s; give a number with F, C "
-                         "or K",
-                         text, field->name);
-    const bool celsius = strchr("Cc", unit[0]), kelvin = strchr("Kk", unit[0]);
-    *value = !unit[0] || !(celsius || kelvin) ? number
-                                              : 1.8 * number + (!is_value ? 0.0
-                                                                : celsius ? 32.0
-                                                                          : -459.67);
+                         "not a temperature: '%s' for %s; give a number with F, C or K", text,
+                         field->name);
+    const double zero_f = letter == 'C' ? 32.0 : -459.67;
+    *value = letter == 'C' || letter == 'K' ? 1.8 * number + (is_value ? zero_f : 0.0) : number;
     return MR_OK;
 }
 
@@ -292,21 +290,20 @@ static const char *broken_rule(const struct store_record *row, const json_t *val
     return json_object_size(values) == 0 ? "no value; give FIELD=VALUE" : NULL;
 }
 
-/* Returns a valid record that does not allow the new one: it has the same values, or is of a kind
- * with one record per landing. NULL: none. */
+/* Returns the valid record that does not allow the new one, because it has or had the same values,
+ * or is of a kind with one record per landing. NULL: none. */
 static const struct inspection *find_same(const struct inspections *all,
                                           const struct store_record *row)
 {
     for (size_t i = 0; i < all->count; i++) {
-        const struct inspection *entry = &all->entry[i];
-        const bool is_corrected = entry->replaced_by && entry->replaced_by->values;
-        if ((inspection_is_valid(entry, NULL, 0) ||
-             (is_corrected && row->corrects == STORE_NONE)) &&
-            strcmp(entry->row.kind, row->kind) == 0 && entry->row.run == row->run &&
-            !(fabs(entry->row.place - row->place) > 0.0) &&
+        const struct inspection *entry = &all->entry[i], *valid = entry;
+        while (valid->replaced_by && row->corrects == STORE_NONE)
+            valid = valid->replaced_by;
+        if (inspection_is_valid(valid, NULL, 0) && strcmp(entry->row.kind, row->kind) == 0 &&
+            entry->row.run == row->run && !(fabs(entry->row.place - row->place) > 0.0) &&
             ((inspection_is_single(entry->kind) && entry->row.id != row->corrects) ||
              strcmp(entry->row.fields, row->fields) == 0))
-            return entry;
+            return valid;
     }
     return NULL;
 }
@@ -325,14 +322,14 @@ enum mr_status inspection_add(struct store *store, struct inspections *all,
                    : xstrdup("");
     bool fits = snprintf(put.fields, sizeof put.fields, "%s", text) < (int)sizeof put.fields;
     free(text);
-    const char *broken = values ? broken_rule(row, values) : NULL;
-    const struct inspection *same = values ? find_same(all, &put) : NULL;
     if (!fits)
         return error_set(error, MR_TOO_LONG,
                          "record too long: %s; give at most %zu characters in all", row->kind,
                          sizeof put.fields - 1);
+    const char *broken = values ? broken_rule(row, values) : NULL;
     if (broken)
         return error_set(error, MR_USAGE, "wrong record of %s: %s", row->kind, broken);
+    const struct inspection *same = values ? find_same(all, &put) : NULL;
     if (same)
         return error_set(error, MR_USAGE,
                          "recorded already: record %lld of %s; matrig record DB --correct %lld "

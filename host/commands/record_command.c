@@ -314,7 +314,7 @@ static void check_request(const struct request *r)
         {r->correct && !r->fields, "no field: --correct N needs FIELD=VALUE"},
         {(r->correct || r->withdraw) && (r->kind || r->place),
          "unexpected KIND or PLACE: --correct and --withdraw need the number of the record only"},
-        {r->place && (r->csv || (r->path && r->kind->place != INSPECTION_LANDING)),
+        {r->kind && r->place && (r->csv || (r->path && r->kind->place != INSPECTION_LANDING)),
          "unexpected PLACE: a sheet names the place of each record"},
         {r->kind && r->place && r->kind->place != INSPECTION_LANDING && !acts && !r->fields,
          "no field: add FIELD=VALUE; to list all records of this kind, give matrig record DB KIND"},

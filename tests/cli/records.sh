@@ -160,7 +160,8 @@ once() { # a field given twice, a record or a sheet entered twice; the second pi
     fails_with 2 'two values: joint_lb_in' $matrig record "$tmp/o.db" mat 20 joint_lb_in=12.5 joint_lb_in=13 && $matrig --quiet record "$tmp/o.db" mat --csv "$tmp/once.csv" >/dev/null &&
         fails_with 2 'once.csv, line 2: recorded already: record 1 of mat;' $matrig record "$tmp/o.db" mat --csv "$tmp/once.csv" && fails_with 2 'recorded already: record 1 of mat' $matrig record "$tmp/o.db" mat 20 joint_lb_in=12.5 &&
         $matrig --quiet record "$tmp/o.db" damage 1 what=rivet station_ft=88 >/dev/null && fails_with 2 'recorded already: record 2 of damage' $matrig record "$tmp/o.db" damage 1 what=rivet station_ft=88 && $matrig --quiet record "$tmp/o.db" damage 1 what=rivet station_ft=89 >/dev/null &&
-        $matrig --quiet record "$tmp/o.db" --correct 1 joint_lb_in=13 --reason x >/dev/null && fails_with 2 'recorded already: record 1 of mat' $matrig record "$tmp/o.db" mat 20 joint_lb_in=12.5
+        $matrig --quiet record "$tmp/o.db" --correct 1 joint_lb_in=13 --reason x >/dev/null && fails_with 2 'recorded already: record 4 of mat; .* --correct 4 ' $matrig record "$tmp/o.db" mat 20 joint_lb_in=12.5 &&
+        $matrig --quiet record "$tmp/o.db" --withdraw 4 --reason x >/dev/null && $matrig --quiet record "$tmp/o.db" mat 20 joint_lb_in=12.5 >/dev/null
 }
 rules() { # each sentence names what is wrong
     cp "$tmp/none.db" "$tmp/o.db"
@@ -179,6 +180,7 @@ not a temperature: . C. for temperature_f|conditions 1 temperature_f='24 C+-'
 not a temperature: .24 degCs. for|conditions 1 temperature_f='24 degCs'
 not marks|picture 1 height_ft='2 ft: 100,300 500,300 200,240 px'
 unexpected PLACE|mat 12 -o $tmp/no.csv
+no kind|12 -o $tmp/no.csv
 unexpected PLACE|damage 2 --csv $tmp/once.csv
 no such landing: RUN 9|conditions 9
 not a place: 421 for mat|mat 421 joint_lb_in=12
