@@ -7,6 +7,7 @@
 
 #include "host/analyse/journal.h"
 #include "host/analyse/measured_load.h"
+#include "host/analyse/rig.h"
 #include "host/commands/commands.h"
 #include "host/commands/annotation.h"
 #include "host/commands/program.h"
@@ -24,7 +25,7 @@ static const struct field {
     bool is_number;
     double low, high;
 } fields[] = {
-    {"touchdown_ft", true, 0.0, 120.0},
+    {"touchdown_ft", true, 0.0, RIG_RUNWAY_FT},
     {"weight_lb", true, 200.0, 4000.0},
     {"pattern", false, 0, 0},
     {"modification", false, 0, 0},
@@ -434,7 +435,8 @@ static const struct command_part parts[] = {
     HELP_EXAMPLE("matrig landing campaign.db 5 --observe wave --station 88 --panels 2 --height 0.6 "
                  "--side left --form two-panel"),
     OPTION_TEXT("--reason", "T", reason, NULL),
-    OPTION_NUMBER_SI("--station", "FT", station_ft, "ft", "m", 0.0, 120.0, (double)NAN, NULL),
+    OPTION_NUMBER_SI("--station", "FT", station_ft, "ft", "m", 0.0, RIG_RUNWAY_FT, (double)NAN,
+                     NULL),
     OPTION_INTEGER("--panels", "N", panels, 1.0, 60.0, 0.0, NULL),
     OPTION_NUMBER_SI("--height", "IN", height_in, "in", "mm", 0.0, 7.0, (double)NAN, NULL),
     OPTION_CHOICE("--side", "S", side, "side", "left|right|centre|across", NULL),

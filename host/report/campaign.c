@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "host/analyse/journal.h"
+#include "host/analyse/rig.h"
 #include "host/analyse/record.h"
 #include "host/base/answer.h"
 #include "host/base/html.h"
@@ -131,7 +132,7 @@ static void draw_profiles(FILE *out, const struct profile *profiles, size_t coun
                                                     .x_unit = UNIT_STATION,
                                                     .y = what,
                                                     .y_unit = UNIT_DISPLACEMENT,
-                                                    .x_high = CHART_RUNWAY_FT,
+                                                    .x_high = RIG_RUNWAY_FT,
                                                     .height_px = 230});
     for (size_t i = 0; i < count; i++) {
         const struct profile *profile = &profiles[i];
@@ -350,7 +351,7 @@ static void write_zone_maps(const struct report *report, FILE *out)
         figure_begin_plot(&figure, &(struct chart_axes){.x = "station",
                                                         .x_unit = UNIT_STATION,
                                                         .y_unit = UNIT_NUMBER,
-                                                        .x_high = CHART_RUNWAY_FT,
+                                                        .x_high = RIG_RUNWAY_FT,
                                                         .y_high = (double)rows.count,
                                                         .height_px = 40 + 34 * (unsigned)rows.count,
                                                         .tick_name = zone_row_name,

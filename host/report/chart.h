@@ -14,7 +14,6 @@
 #define CHART_TIME_BEFORE_TOUCHDOWN_S 0.3
 #define CHART_TIME_AFTER_STOP_S       0.6
 #define CHART_TIME_LABEL              "time since touchdown (s)"
-#define CHART_RUNWAY_FT               120.0
 #define CHART_LABEL_SIZE              60u
 
 struct figure {

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "common/predictor.h"
+#include "host/analyse/rig.h"
 #include "host/analyse/summary.h"
 #include "host/base/html.h"
 #include "host/base/xmalloc.h"
@@ -284,7 +285,7 @@ static void write_movement(const struct report *report, const struct report_land
                                                         .x_unit = UNIT_STATION,
                                                         .y = "displacement",
                                                         .y_unit = UNIT_DISPLACEMENT,
-                                                        .x_high = CHART_RUNWAY_FT,
+                                                        .x_high = RIG_RUNWAY_FT,
                                                         .height_px = 150});
         figure_add_shape(&figure, "mark", at, at, (double)NAN, (double)NAN, NULL);
         draw_trace(&figure, "measured", 0, "line",
@@ -434,7 +435,7 @@ static void write_zone_map(const struct report *report, const struct report_land
                                                     .x_unit = UNIT_STATION,
                                                     .y = CHART_TIME_LABEL,
                                                     .y_unit = UNIT_NUMBER,
-                                                    .x_high = CHART_RUNWAY_FT,
+                                                    .x_high = RIG_RUNWAY_FT,
                                                     .y_low = -0.2,
                                                     .y_high = last_s,
                                                     .height_px = 340});
@@ -631,7 +632,7 @@ static void write_tension_extremes(const struct report *report,
                                                         .x_unit = UNIT_STATION,
                                                         .y = "change",
                                                         .y_unit = UNIT_TENSION,
-                                                        .x_high = CHART_RUNWAY_FT,
+                                                        .x_high = RIG_RUNWAY_FT,
                                                         .height_px = 170});
         figure_add_shape(&figure, "mark", (double)NAN, (double)NAN, 0.0, 0.0, NULL);
         for (size_t i = 0; i < count; i++) {

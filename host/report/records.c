@@ -4,6 +4,7 @@
 
 #include "common/closure.h"
 #include "host/analyse/inspection.h"
+#include "host/analyse/rig.h"
 #include "host/report/chart.h"
 #include "host/report/report.h"
 
@@ -55,7 +56,7 @@ static void draw_map(const struct report *report, FILE *out)
             figure_begin_plot(&figure, &(struct chart_axes){.x = "station",
                                                             .x_unit = UNIT_STATION,
                                                             .y_unit = UNIT_NUMBER,
-                                                            .x_high = CHART_RUNWAY_FT,
+                                                            .x_high = RIG_RUNWAY_FT,
                                                             .y_high = ROWS,
                                                             .height_px = 130,
                                                             .tick_name = row_name,

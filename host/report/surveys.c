@@ -2,6 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "host/analyse/rig.h"
 #include "host/base/answer.h"
 #include "host/base/xmalloc.h"
 #include "host/report/chart.h"
@@ -18,7 +19,7 @@ static struct chart_axes make_survey_axes(double x[SURVEY_POINTS])
         x[k] = SURVEY_SPAN_LENGTH_FT * k;
     return (struct chart_axes){.x_unit = UNIT_STATION,
                                .y_unit = UNIT_DISPLACEMENT,
-                               .x_high = CHART_RUNWAY_FT,
+                               .x_high = RIG_RUNWAY_FT,
                                .height_px = 150};
 }
 
