@@ -11,12 +11,13 @@
 /* Standard error of the touchdown speed, as a fraction of the planned speed */
 #define SPEED_ERROR_FRACTION         0.01
 #define TOUCHDOWN_ERROR_FT           0.5 /* standard error of the touchdown station */
-/* A planned value may be outside the range of earlier landings by this fraction of the range. */
+/* A planned value outside the range of earlier landings by more than this fraction of the range
+ * widens the ensemble. */
 #define OUTSIDE_RANGE_FRACTION       0.15
 #define OUTSIDE_RANGE_SPREAD_FACTOR  1.5
 #define EVENLY_SPACED_ROWS           (ADVISE_ROW_COUNT - 1u)
-/* Deceleration of the last row: the harder of these multiples of the least and of the planned
- * braking. */
+/* Deceleration of the last row: the larger of two products, this ratio times the least braking that
+ * stops on the runway, and the next ratio times the planned braking. */
 #define MAX_TO_LEAST_BRAKING_RATIO   2.2
 #define MAX_TO_PLANNED_BRAKING_RATIO 1.3
 #define MAX_BRAKING_TEXT_SIZE        160
@@ -61,7 +62,8 @@ static void apply_joint_repairs(struct advise *advise, int64_t from, int64_t to)
         int64_t run = isnan(before) ? entry->row.run + 1 : (int64_t)before;
         if (!inspection_is_valid(entry, NULL, 0) || !how || !(first <= end) || run <= from ||
             run > to || (strcmp(how, "replaced") != 0 && strcmp(how, "relaid") != 0) ||
-            (what && strstr("band|rivet|stiffener|membrane", what))) /* joints stay as they are */
+            /* these repairs leave the joints unchanged */
+            (what && strstr("band|rivet|stiffener|membrane", what)))
             continue;
         advise_resample_joints(&advise->members, (unsigned)lround(first),
                                (unsigned)lround(fmin(first + mats, end)));
@@ -141,7 +143,8 @@ static void set_plan_deviation(struct advise *advise)
     free(log_ratio);
 }
 
-/* Mean deceleration over the stopping distance s: v^2 / (2 s). NaN: the gear does not stop. */
+/* Returns the mean deceleration, v^2 / (2 s) for the stopping distance s; NaN if the gear does not
+ * stop. */
 static double compute_mean_deceleration_ft_s2(const struct advise_profile *profile,
                                               double speed_ft_s)
 {
@@ -200,8 +203,8 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
 
 /* ---- rows ---- */
 
-/* Chooses the decelerations of the rows: even steps from the least braking that stops on the runway
- * (rounded to a tenth), and the planned deceleration. */
+/* Chooses the decelerations of the rows: equal steps that begin at the least braking that stops on
+ * the runway (rounded to a tenth), and the planned deceleration. */
 static void choose_row_decelerations(struct advise *advise, double mean_ft_s2[ADVISE_ROW_COUNT])
 {
     double low = ceil(10.0 * advise->least_braking_ft_s2) / 10.0,
@@ -217,8 +220,8 @@ static void choose_row_decelerations(struct advise *advise, double mean_ft_s2[AD
     }
 }
 
-/* Share of members in which the aircraft rolls off the runway at this braking, interpolated between
- * rows. */
+/* Returns the fraction of simulated runways (members) on which the aircraft rolls off the end at
+ * this braking, interpolated between rows. */
 static double interpolate_off_runway(const struct advise *advise, double mean_ft_s2)
 {
     const struct advise_row *row = advise->row;
@@ -231,8 +234,8 @@ static double interpolate_off_runway(const struct advise *advise, double mean_ft
            part * (row[i].off_runway_share - row[i - 1].off_runway_share);
 }
 
-/* Finds the hardest braking at which a zone is unlikely enough. Rejects it if the aircraft may then
- * roll off the runway. */
+/* Finds the hardest braking at which the probability of a zone is below the risk limit. Discards
+ * the result if the aircraft may roll off the runway at that braking. */
 static void find_max_braking(struct advise *advise)
 {
     struct advise_row row[ADVISE_ROW_COUNT];
@@ -349,7 +352,8 @@ static void format_zone_probability(const struct advise_row *row, char out[ZONE_
              100.0 * row->zone_probability.low, 100.0 * row->zone_probability.high);
 }
 
-/* Writes "; 8 % of the simulated landings roll off the runway's end"; nothing below 0.5 %. */
+/* Writes "; 8 % of the simulated landings roll off the runway's end", or "" if the share is below
+ * 0.5 %. */
 static void format_roll_off_share(const struct advise_row *row, char out[ROLL_OFF_TEXT_SIZE])
 {
     out[0] = '\0';
@@ -359,8 +363,8 @@ static void format_roll_off_share(const struct advise_row *row, char out[ROLL_OF
                  100.0 * row->off_runway_share);
 }
 
-/* Returns the deceleration from which on the share of members that roll off is below the limit; NaN
- * if there is none. */
+/* Returns the lowest deceleration above which the share of simulated landings that roll off stays
+ * below the limit; NaN if there is none. */
 static double get_min_braking_ft_s2(const struct advise *advise)
 {
     const struct advise_row *row = advise->row;
@@ -434,8 +438,8 @@ static void format_bound(const struct advise_limit_crossing *reach, enum unit_ki
         snprintf(out, 3 * UNIT_TEXT_SIZE, "with at most %s%s", at, interval);
 }
 
-/* Returns the subject of a sentence. Braking that stops short of the closed mats is not
- * recommended. */
+/* Returns the subject of the sentence that explains why no braking can be recommended. Braking that
+ * stops the gear before the closed mats is not recommended. */
 static const char *get_no_braking_reason(const struct advise *advise)
 {
     return isfinite(advise->stop_short_braking_ft_s2) ? "no gentler braking" : "no rate of braking";
@@ -714,8 +718,8 @@ static void add_notes(const struct advise *advise, struct answer *answer)
                      "speed or deceleration not given: the values of the last landing are used");
 }
 
-/* Adds the thrust and its ratio to the critical thrust. Above the critical thrust a bow wave rises
- * (docs/explanation/bow-waves.md). */
+/* Adds the thrust and its ratio to the critical thrust. Thrust above the critical thrust lifts a
+ * bow wave (docs/explanation/bow-waves.md). */
 static void add_thrust(const struct advise *advise, struct answer *answer)
 {
     const struct advise_runway *runway = &advise->history.runway;
@@ -744,7 +748,7 @@ static void add_thrust(const struct advise *advise, struct answer *answer)
     }
 }
 
-/* Adds the limits of the 95 % interval to the JSON only. */
+/* Adds the ends of the 95 % interval. Only the JSON shows them. */
 static void add_interval(const char *name, enum unit_kind unit,
                          const struct advise_limit_crossing *reach, struct answer *answer)
 {

@@ -1,4 +1,4 @@
-/* Warnings before the board is armed, about earlier results that the operator may have
+/* Warnings shown before the board is armed: results of earlier commands that the operator may have
  * overlooked. */
 #ifndef MATRIG_HOST_ADVISE_ARMING_H
 #define MATRIG_HOST_ADVISE_ARMING_H

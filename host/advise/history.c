@@ -12,7 +12,8 @@
 #include "host/survey/survey.h"
 #include "host/base/xmalloc.h"
 
-/* At lower speeds, braking cannot be distinguished from the last movement */
+/* Below this speed, the deceleration due to braking cannot be separated from the final movement at
+ * the stop. */
 #define MIN_SPEED_FT_S 1.0
 
 static void fill_nan(double sum_in[MR_SEGMENTS])
@@ -40,8 +41,8 @@ static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int
     return status;
 }
 
-/* Loads the openings that the board had before the landing. An opening that is exactly equal to
- * that of the previous landing was not measured again and is ignored. */
+/* Loads the joint openings that the board had stored before the landing. An opening exactly equal
+ * to that before the previous landing was not measured again, and is ignored. */
 static enum mr_status load_survey(struct store *store, int64_t run, float last_in[MR_SEGMENTS],
                                   double sum_in[MR_SEGMENTS], struct error *error)
 {
@@ -58,7 +59,8 @@ static enum mr_status load_survey(struct store *store, int64_t run, float last_i
 
 /* ---- a landing ---- */
 
-/* Sets the braking over time, relative to its mean, from the final fit of the landing. */
+/* Sets the braking over time, relative to its mean, from the fit that the board makes after the
+ * landing. */
 static void set_profile(const struct measured *measured, struct history_landing *landing)
 {
     struct advise_profile *profile = &landing->profile;
@@ -164,8 +166,8 @@ static enum mr_status load_runway(struct store *store, const struct store_landin
                      store_path(store));
 }
 
-/* Selects the landings from which the ensemble is updated: landings before RUN `before`, of the
- * board that landed last. */
+/* Selects the landings from which the ensemble is updated: those before RUN `before`, of the board
+ * that recorded the latest landing. */
 static enum mr_status select_landings(struct store *store, int64_t before,
                                       struct store_landing **rows, size_t *count,
                                       struct history *history, int64_t *end_us, struct error *error)

@@ -1,6 +1,6 @@
-/* The history of a campaign before a landing: the properties of the runway in the board's
- * predictor, the previous landings with their measurements, surveys and plans, and the survey since
- * the last landing. */
+/* The history of a campaign before a landing: the runway properties that the board's predictor
+ * uses, the previous landings with their measurements, surveys and plans, and the survey since the
+ * last landing. */
 #ifndef MATRIG_HOST_ADVISE_HISTORY_H
 #define MATRIG_HOST_ADVISE_HISTORY_H
 
@@ -20,17 +20,20 @@ struct history_landing {
 
 struct history {
     struct advise_runway runway;
-    /* braking of the last landing, from the edge of the brake to the stop; NaN: no edge was
+    /* braking of the last landing, from the edge of the brake signal to the stop; NaN: no edge was
      * recorded */
     struct braking braking;
-    double touchdown_ft; /* touchdown of the last landing, as configured or corrected */
+    /* touchdown station of the last landing, as configured or as corrected by the user */
+    double touchdown_ft;
     struct history_landing *landing;
     size_t landing_count;
     int64_t newest_run; /* newest RUN of the campaign, even if it is not among the landings here */
     /* voided landings, excluded because their effect on the mats is unknown */
     size_t voided_landings;
-    bool is_relaid_since;               /* a series was started since the last landing */
-    double segment_sum_in[MR_SEGMENTS]; /* sums surveyed since the last landing; NaN: not read */
+    bool is_relaid_since; /* a series was started since the last landing */
+    /* surveyed opening of each segment (sum over its joints) since the last landing; NaN: not
+     * read */
+    double segment_sum_in[MR_SEGMENTS];
     unsigned surveyed_segments,
         segment_count; /* number of surveyed segments, and number of segments of the runway */
     double survey_error_in;

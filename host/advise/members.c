@@ -14,11 +14,12 @@
 #define REST_CHECK_STEP_S  1e-3
 #define BRAKE_ONSET_S      0.06
 #define SIMULATED_AFTER_STOP_S \
-    0.1 /* simulated time after the gear stops; the mats are then at rest */
+    0.1 /* simulated time after the gear stops, in which the mats come to rest */
 #define MAX_DURATION_S      60.0 /* longer than any landing */
 #define CLOSED_FT           (0.001f / 12.0f)
-#define ZONE_RUN_JOINTS     10 /* among this many consecutive joints of a zone, one may be open */
-/* The gaps as laid are uniform from 0 to this many slacks, then limited to one slack */
+/* At most one in this many consecutive joints of a zone may be open. */
+#define ZONE_RUN_JOINTS     10
+/* Gaps as laid are drawn uniformly from 0 to this many slacks, then limited to one slack. */
 #define LAID_GAP_MAX_SLACKS 1.2
 
 /* Prior distributions, as in host/landing_series. The values are factors on the configured
@@ -36,16 +37,17 @@ static const struct {
 #define READING_ERROR_MIN_IN       0.003
 /* Standard error of the logarithm of a measured share of the thrust */
 #define MEASURED_SHARE_LOG_ERROR   0.03
-/* The same for a share that is not measured: uniform from 0.7 to 1.3 */
+/* Standard error of the logarithm of a share that is not measured, which is uniform from 0.7 to
+ * 1.3. */
 #define UNMEASURED_SHARE_LOG_ERROR 0.18
 #define MOVEMENT_MODEL_ERROR_FRACTION \
-    0.15 /* error of the chain model, as a fraction of a movement */
+    0.15 /* error of the chain model, as a fraction of the movement of a transducer */
 #define MOVEMENT_MODEL_ERROR_IN      0.01
 /* Error of the chain model, as a fraction of the closing of ten joints */
 #define SEGMENT_MODEL_ERROR_FRACTION 0.25
 #define SEGMENT_MODEL_ERROR_IN       0.01
 #define SMOOTHER_PASSES              2
-/* Fraction of the lost spread that is restored after a landing */
+/* Fraction of the spread lost in an update that is restored after a landing */
 #define RESTORED_SPREAD_FRACTION     0.5
 /* a transducer updates joints up to twice this distance away */
 #define TAPER_HALF_WIDTH_FT          12.0
@@ -70,7 +72,7 @@ static void draw_unknowns(struct advise_member *member, const struct advise_runw
 {
     double *u = member->unknown;
     u[ADVISE_UNKNOWN_THRUST_SHARE] = log(0.7 + 0.6 * rng_uniform(rng));
-    /* scaled after the draw, so that the later draws do not change */
+    /* Scaled only after the draw: random numbers drawn later stay the same. */
     if (runway->thrust_share > 0.0)
         u[ADVISE_UNKNOWN_THRUST_SHARE] *= MEASURED_SHARE_LOG_ERROR / UNMEASURED_SHARE_LOG_ERROR;
     u[ADVISE_UNKNOWN_FRICTION] = 0.1 * rng_normal(rng);
@@ -145,8 +147,8 @@ void advise_resample_joints(struct advise_members *members, unsigned first, unsi
     }
 }
 
-/* Changes ten openings so that they have a given sum. Scales the openings down, or else the
- * differences between the openings and the slack. */
+/* Changes ten openings so that they have a given sum. To reduce the sum, scales the openings; to
+ * increase it, scales the differences between slack and openings. */
 static void scale_gaps_to_sum(float *gap_ft, double sum_ft, double slack_ft)
 {
     double most_ft = MR_MATS_PER_SEGMENT * slack_ft, had_ft = 0.0;
@@ -207,7 +209,7 @@ struct advise_zone advise_find_longest_zone(const float *opening_ft, unsigned jo
     return best;
 }
 
-/* The gear of one lane of a batch. */
+/* The gear in the simulation of one member. */
 struct gear {
     double speed_ft_s, position_ft, thrust_lb_per_g;
 };
@@ -237,7 +239,7 @@ double advise_braking_ft_s2(const struct advise_braking *braking, double t_s)
            advise_braking_factor(braking->profile, t_s);
 }
 
-/* Eight members that are simulated together, and the landing of each. */
+/* Eight members (simulated runways) that are computed together, and the landing of each. */
 struct batch {
     const struct advise_members *members;
     struct advise_member *member;
@@ -269,7 +271,7 @@ static struct chains *start_batch_chains(struct batch *b,
         gap[k] = b->member[k].gap_ft;
         grit[k] = grit_lb[k];
     }
-    /* makes REST_CHECK_STEP_S a whole number of steps */
+    /* chosen so that REST_CHECK_STEP_S is a whole number of steps */
     b->time_step_s = REST_CHECK_STEP_S /
                      ceil(REST_CHECK_STEP_S / (0.98 * (double)MR_CHAIN_STEP_MARGIN * limit_s));
     for (unsigned k = 0; k < CHAINS_LANES; k++)
@@ -430,7 +432,8 @@ struct update_work {
     size_t *reading;    /* [n]: indexes of the valid readings */
     double *deviation;  /* [members][n]: prediction minus mean of the predictions */
     double *covariance; /* [n][n]: covariance of the readings, then its Cholesky factor */
-    /* [members][n]: innovations, then multiplied by the inverse of the matrix */
+    /* [members][n]: innovations; solve_with_factor then multiplies them by the inverse of
+     * `covariance` */
     double *innovations;
     double *gain;         /* [n]: gain of the state that is being updated */
     double *state_change; /* [members]: change of the state */
@@ -492,7 +495,7 @@ static void solve_with_factor(const struct update_work *w, double *b)
 }
 
 /* Sets the innovations: perturbed readings minus predictions. The mean of the perturbations is
- * subtracted, because it would shift the whole ensemble at random. */
+ * subtracted, because a nonzero mean would shift the whole ensemble at random. */
 static void set_innovations(struct update_work *w, const struct smoother *s, struct rng *rng)
 {
     for (size_t i = 0; i < w->reading_count; i++) {
@@ -511,8 +514,8 @@ static void set_innovations(struct update_work *w, const struct smoother *s, str
 }
 
 /* Updates one state of all members. The gain is the covariance of the state with the readings,
- * times the inverse matrix. The taper is applied to the gain: applied to the covariance, it would
- * move weight from near readings to far ones. */
+ * times the inverse matrix. The taper is applied to the gain. Applied to the covariance instead, it
+ * would transfer weight from near readings to distant ones. */
 static void update_state(struct update_work *w, const struct smoother *s, size_t state)
 {
     double mean = 0.0;
@@ -615,7 +618,9 @@ static double taper_weight(const void *context, size_t state, size_t datum)
     if (state < ADVISE_UNKNOWN_COUNT)
         return 1.0;
     size_t joint = state - ADVISE_UNKNOWN_COUNT;
-    if (datum >= MR_TRANSDUCERS) /* the closing of ten joints depends only on these joints */
+    /* A datum after the transducers is the closing of a segment, which depends only on its ten
+     * joints. */
+    if (datum >= MR_TRANSDUCERS)
         return joint / MR_MATS_PER_SEGMENT == datum - MR_TRANSDUCERS ? 1.0 : 0.0;
     return smoother_taper((double)joint * (double)runway->chain.mat_length_ft -
                               (double)runway->transducer_station_ft[datum],
@@ -661,8 +666,8 @@ static void members_to_state(const struct advise_members *members, struct assimi
     }
 }
 
-/* Sets the readings and their standard errors. Each error combines the error of the reading and
- * that of the chain model, which is a share of the movement or closing. */
+/* Sets the readings and their standard errors. Each error combines the error of the reading with
+ * that of the chain model, which is a fraction of the movement or of the closing. */
 static void set_assimilated_readings(const struct advise_members *members,
                                      const struct advise_observation *observation,
                                      struct assimilation *l)
@@ -682,8 +687,8 @@ static void set_assimilated_readings(const struct advise_members *members,
             unsigned s = d - MR_TRANSDUCERS;
             double change =
                 fabs(observation->survey_before_in[s] - observation->survey_after_in[s]);
-            /* without a survey before the landing, the remaining opening is known but not the
-             * closing */
+            /* Without a survey before the landing, only the opening that remains is known, not the
+             * closing. */
             l->reading[d] = isfinite(mean) ? observation->survey_after_in[s] : (double)NAN;
             l->reading_error[d] =
                 hypot(1.4142135623730951 * observation->survey_error_in,
@@ -817,7 +822,7 @@ void advise_predict_plan_deviation(const double *log_ratio, size_t count, double
         mean += log_ratio[i] / n;
     for (size_t i = 0; i < count; i++)
         squares += (log_ratio[i] - mean) * (log_ratio[i] - mean);
-    /* without landings (n = 0), the spread is then ADVISE_PLAN_DEFAULT_SPREAD */
+    /* Without landings (n = 0), the resulting spread is ADVISE_PLAN_DEFAULT_SPREAD. */
     double sum = ADVISE_PLAN_DEFAULT_SPREAD * ADVISE_PLAN_DEFAULT_SPREAD * (prior - 2.0) /
                      (1.0 + 1.0 / prior) +
                  squares + prior * n / (prior + n) * mean * mean;
@@ -848,10 +853,10 @@ double advise_convert_to_log_odds(double share)
     return log(soft / (1.0 - soft));
 }
 
-/* The calibrated log odds are linear in the log odds of the share, with the slope `times` and the
- * intercept `more`. Both were fitted on series 250 to 309 of make score-foresight, none of which is
- * scored (tests/score/README.md, "Before touchdown" and "Perturbed"). The slope is lower without a
- * survey, because the members then differ too little. */
+/* Logistic calibration: the log odds of the probability are `times` x (log odds of the share) +
+ * `more`. Both constants were fitted to series 250 to 309 of make score-foresight, which are not
+ * used for scoring (tests/score/README.md, "Before touchdown" and "Perturbed"). The slope `times`
+ * is lower without a survey, because then the members of the ensemble differ too little. */
 double advise_calibrate_share(double share, bool surveyed)
 {
     double times = surveyed ? 0.64 : 0.53, more = surveyed ? 0.49 : -0.28;
@@ -923,13 +928,14 @@ double advise_least_braking_ft_s2(const struct advise_members *members,
 
 double advise_find_stop_short_ft_s2(const struct advise_row *row, size_t rows, double limit)
 {
-    size_t first = rows; /* row from which on all rows are below the limit */
+    size_t first = rows; /* all rows from this index on are below the limit */
     while (first > 0 && row[first - 1].zone_probability.probability < limit)
         first--;
     return first > 0 && first < rows ? row[first].mean_braking_ft_s2 : (double)NAN;
 }
 
-/* The probability of a zone and the limits of its interval, in descending order. */
+/* Selects the probability of a zone or an end of its interval. In descending order of
+ * probability. */
 enum risk_level { RISK_INTERVAL_HIGH, RISK_ESTIMATE, RISK_INTERVAL_LOW, RISK_LEVELS };
 
 static double get_row_risk(const struct advise_row *row, enum risk_level of)

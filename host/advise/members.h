@@ -1,10 +1,10 @@
-/* An ensemble of runways. Each member is a runway that is consistent with all readings. Unmeasured
- * properties of the mats are drawn for each member: the share of the thrust that the strip carries,
- * friction, resistance of closing joints, stiffness and damping of joints, and the opening and
- * resistance of each joint. A survey sets the sums of ten openings. A measured landing updates the
- * other properties (see struct smoother). Eight members at a time are computed together
- * (host/sim/models/chains.h), on several threads. The result depends on the seed and the inputs,
- * not on the number of threads.
+/* An ensemble of runways. Each member is a runway that is consistent with all measurements.
+ * Unmeasured properties of the mats are drawn for each member: the fraction of the braking thrust
+ * that the mat strip carries, friction, resistance of closing joints, stiffness and damping of
+ * joints, and the opening and resistance of each joint. A survey sets the sum of the openings of
+ * each segment of ten joints. A measured landing updates the other properties (see struct
+ * smoother). Eight members at a time are computed together (host/sim/models/chains.h), on several
+ * threads. The result depends on the seed and the inputs, not on the number of threads.
  *
  * Units are feet, pounds and seconds; surveyed openings and movements are in inches, as read. */
 #ifndef MATRIG_HOST_ADVISE_MEMBERS_H
@@ -27,9 +27,10 @@
 /* Smallest number of mats in a zone. The board's warning uses the same number,
  * MR_PREDICTOR_WARNING_MATS. */
 #define ADVISE_ZONE_MATS                50u
-/* The wheel has reached a zone if its distance from the start of the zone is at most this. */
+/* The wheel has reached a zone if it is at most this far from the start of the zone. */
 #define ADVISE_ZONE_REACHED_DISTANCE_FT 2.0
-#define ADVISE_SLOW_SPEED_FT_S          2.0 /* a slower wheel does not push mats together */
+/* a wheel slower than this does not push mats together */
+#define ADVISE_SLOW_SPEED_FT_S          2.0
 #define ADVISE_PROFILE_MAX              24u
 #define ADVISE_JOINTS                   (MR_CHAIN_MATS + 1u)
 #define ADVISE_G_FT_S2                  32.174
@@ -76,7 +77,8 @@ enum advise_unknown {
 struct advise_runway {
     struct mr_chain_params chain; /* friction_lb is the configured value; step_s is not used */
     double grit_lb;               /* configured mean closing resistance of the joints */
-    double thrust_lb_per_g;       /* thrust of the lead axle on the strip, per g of deceleration */
+    /* thrust of the lead axle on the mat strip per g of deceleration */
+    double thrust_lb_per_g;
     /* share of the thrust that the strip carries, measured to within 3 %; 0: not measured */
     double thrust_share;
     double ground_irregularity_ft; /* irregularity of the ground; 0: unknown */
@@ -131,9 +133,9 @@ struct advise_outcome {
     float segment_sum_in[MR_SEGMENTS]; /* sums of the openings of each segment at the end */
 };
 
-/* Draws the properties of `count` members, rounded up to a multiple of eight, before any reading is
- * applied. MR_USAGE: the parameters of the runway are invalid. Call advise_members_free in every
- * case. */
+/* Draws the properties of `count` members (rounded up to a multiple of eight) from their prior
+ * distributions. MR_USAGE: the parameters of the runway are invalid. Call advise_members_free in
+ * every case. */
 enum mr_status advise_members_draw(struct advise_members *members,
                                    const struct advise_runway *runway, size_t count, uint64_t seed);
 void advise_members_free(struct advise_members *members);
@@ -148,15 +150,16 @@ void advise_resample_joints(struct advise_members *members, unsigned first, unsi
  * member. */
 void advise_apply_survey(struct advise_members *members, const double sum_in[MR_SEGMENTS],
                          double error_in);
-/* Simulates a landing on each member. With `keeps`, each member then has the openings of the end of
- * the landing. Returns false if memory is insufficient. */
+/* Simulates a landing on each member. With `keeps`, each member keeps the joint openings at the end
+ * of the landing. Returns false if memory is insufficient. */
 bool advise_simulate(struct advise_members *members, const struct advise_braking *braking,
                      bool keeps, struct advise_outcome *outcome);
 
 /* What was measured in a landing. */
 struct advise_observation {
     struct advise_braking braking;
-    double movement_in[MR_TRANSDUCERS], movement_error_in; /* movement at the end; NaN: not read */
+    /* movement of each transducer at the end of the landing; NaN: not read */
+    double movement_in[MR_TRANSDUCERS], movement_error_in;
     double survey_before_in[MR_SEGMENTS]; /* sums surveyed before the landing; NaN: not read */
     double survey_after_in[MR_SEGMENTS];  /* sums surveyed after the landing; NaN: not read */
     double survey_error_in;
@@ -166,8 +169,8 @@ struct advise_observation {
  * diverged. */
 bool advise_update(struct advise_members *members, const struct advise_observation *observation);
 
-/* Increases the spread of the updated properties about their means by the factor `times`, which is
- * above 1, for a landing unlike the previous ones. */
+/* Multiplies the spread of the updated properties about their means by `times` (above 1). Used
+ * before a landing that is unlike the previous ones. */
 void advise_widen_spread(struct advise_members *members, double times);
 
 /* The longest compression zone ahead of the wheel. A zone begins and ends with a closed joint (open
@@ -184,11 +187,11 @@ void advise_parameter_moments(const struct advise_members *members, enum advise_
                               double *mean, double *spread);
 
 /* Ensemble smoother: updates the unknowns of an ensemble from readings, by the correlation between
- * unknowns and predicted readings among the members (Evensen 1994). Several passes with larger
- * errors: ES-MDA, Emerick and Reynolds 2013. Gain reduced with distance: Chen and Oliver 2017.
- * Spread restored: Whitaker and Hamill 2012. For a linear model with Gaussian unknowns and many
- * members it approaches the Kalman filter (tests/host/test_advise.c). Pure functions, except for
- * memory and random numbers. */
+ * unknowns and predicted readings among the members (Evensen 1994). Several passes with enlarged
+ * errors are the method ES-MDA, Emerick and Reynolds 2013. The gain is reduced with distance as in
+ * Chen and Oliver 2017. Lost spread is restored as in Whitaker and Hamill 2012. For a linear model
+ * with Gaussian unknowns and many members it approaches the Kalman filter
+ * (tests/host/test_advise.c). Pure functions, except for memory and random numbers. */
 
 /* Inputs of a smoother pass. Unknowns and readings may have any units. The error of a reading has
  * the unit of the reading. */
@@ -215,8 +218,8 @@ void smoother_update(const struct smoother *smoother, struct rng *rng);
 /* Computes mean and standard deviation of column `column` of [members][states]. */
 void smoother_moments(const double *state, size_t members, size_t states, size_t column,
                       double *mean, double *deviation);
-/* Restores the share `kept` of the spread that a column has lost; its standard deviation was `was`.
- * The restored standard deviation is at least `least`. */
+/* Restores the fraction `kept` of the spread that a column has lost in an update; `was` is its
+ * standard deviation before the update. The restored standard deviation is at least `least`. */
 void smoother_widen_spread(double *state, size_t members, size_t states, size_t column, double was,
                            double kept, double least);
 
@@ -225,8 +228,8 @@ void smoother_widen_spread(double *state, size_t members, size_t states, size_t 
 double smoother_taper(double distance, double half);
 
 /* Prediction of an ensemble for a planned landing: the probability that the wheel reaches a zone of
- * 50 mats, and the station of that zone, as functions of deceleration. From these follows the
- * hardest braking at which the probability stays below a limit.
+ * 50 mats, and the station of that zone, as functions of deceleration. These rows give the hardest
+ * braking at which the probability stays below a limit.
  *
  * Probabilities are shares of the members, calibrated on series that are not scored
  * (advise_calibrate_share). Their 95 % intervals (Wilson 1927) cover only the finite number of
@@ -241,7 +244,8 @@ double smoother_taper(double distance, double half);
 
 struct advise_plan {
     double speed_ft_s, speed_spread; /* touchdown speed; spreads are relative standard deviations */
-    /* planned mean deceleration; the actual mean is exp(bias) times the planned one */
+    /* planned mean deceleration; the expected actual mean is exp(braking_log_bias) times the
+     * planned one */
     double mean_braking_ft_s2, braking_spread, braking_log_bias;
     double touchdown_ft, touchdown_spread_ft;
     struct advise_profile profile; /* deceleration over time; count 0: uniform */
@@ -263,10 +267,10 @@ struct advise_row {
     double median_zone_station_ft;
 };
 
-/* Predicts the deviation of braking from the plan. `log_ratio` has `count` natural logarithms of
- * (measured / planned). Returns the predictive mean and standard deviation of the next logarithm.
- * The prior is normal-inverse-gamma: without landings it gives 0 +- ADVISE_PLAN_DEFAULT_SPREAD, and
- * it counts as four landings. */
+/* Predicts how far the braking will deviate from the plan. `log_ratio` has `count` natural
+ * logarithms of (measured / planned). Returns the mean and standard deviation of the predictive
+ * distribution of the next logarithm. The prior is normal-inverse-gamma and has the weight of four
+ * landings. Without landings the prediction is 0 +- ADVISE_PLAN_DEFAULT_SPREAD. */
 void advise_predict_plan_deviation(const double *log_ratio, size_t count, double *bias,
                                    double *spread);
 
@@ -276,30 +280,31 @@ void advise_draw_braking(const struct advise_members *members, const struct advi
                          double mean_ft_s2, struct advise_braking *braking);
 
 /* Simulates one planned landing on all members and computes its row. `braking` and `outcome` have
- * room for all members and receive their landings. Returns false if the landings cannot be
- * simulated. */
+ * one element per member; the function writes the landings to them. Returns false if the landings
+ * cannot be simulated. */
 bool advise_compute_row(struct advise_members *members, const struct advise_plan *plan,
                         double mean_ft_s2, struct advise_braking *braking,
                         struct advise_outcome *outcome, struct advise_row *row);
 
-/* Probability of an event that occurs in `events` of `count` members, and its interval (Wilson).
- * All values are calibrated. */
+/* Returns the probability of an event that occurs in `events` of `count` members, and its Wilson
+ * interval, all calibrated. */
 struct advise_probability advise_compute_probability(size_t events, size_t count, bool surveyed);
 /* Converts a share of the members to a calibrated probability. The calibration corrects the log
  * odds (advise_convert_to_log_odds), by a fit to series that are not scored. Shares of 0 and 1 do
  * not give probabilities of 0 and 1. */
 double advise_calibrate_share(double share, bool surveyed);
-/* Log odds of a share. The share is limited to at least half a member of 64, and at most 1 minus
- * that. */
+/* Returns the log odds of a share. The share is first limited to the range from 1/128 to 127/128,
+ * half a member of 64 from either end. */
 double advise_convert_to_log_odds(double share);
 
 /* The mean deceleration that stops the gear at the end of the runway. */
 double advise_least_braking_ft_s2(const struct advise_members *members,
                                   const struct advise_plan *plan);
 
-/* If mats far from touchdown are closed from the start, harder braking stops the gear short of
- * them. Finds the lowest braking of the rows (in ascending order) above which the probability of a
- * zone stays below `limit`. Returns NaN if there is none, or if all rows are below the limit. */
+/* Returns the lowest braking of the rows (in ascending order) above which the probability of a zone
+ * stays below `limit`; NaN if there is none or if all rows are below the limit. Such braking exists
+ * if mats far from touchdown are closed from the start: harder braking then stops the gear before
+ * it reaches them. */
 double advise_find_stop_short_ft_s2(const struct advise_row *row, size_t rows, double limit);
 
 /* The largest value up to which both the probability of a zone and the share of members that roll
@@ -307,7 +312,7 @@ double advise_find_stop_short_ft_s2(const struct advise_row *row, size_t rows, d
  * members. */
 struct advise_limit_crossing {
     double value;      /* largest value; NaN: the first row is not below the limit */
-    double low, high;  /* 95 % interval; NaN: open on that side */
+    double low, high;  /* 95 % interval; NaN: no end on that side */
     bool is_unbounded; /* all rows are below the limit; `value` is that of the last row */
 };
 /* Finds the limit by linear interpolation between rows. `x`: ascending values of the quantity that
@@ -315,9 +320,9 @@ struct advise_limit_crossing {
 struct advise_limit_crossing advise_find_limit_crossing(const double *x,
                                                         const struct advise_row *row, size_t rows,
                                                         double limit);
-/* Finds the first pair of adjacent rows that are further apart than `width` and between which the
- * limit or an end of its interval is. Returns the index of the first row of the pair, or `rows` if
- * there is none. */
+/* Finds the first pair of adjacent rows that are more than `width` apart and enclose the limit or
+ * an end of its interval. Returns the index of the first row of the pair, or `rows` if there is
+ * none. */
 size_t advise_find_coarse_gap(const double *x, const struct advise_row *row, size_t rows,
                               double limit, double width);
 

@@ -44,7 +44,7 @@ struct answer {
     struct answer_item *item;
     size_t count;
     bool is_si, keeps_units;
-    unsigned open_group_count; /* number of groups that are open */
+    unsigned open_group_count; /* number of groups not yet closed */
     /* bit d is set while the group at depth d has an open row; that row is at depth d + 1 */
     uint64_t open_row_bits;
 };
@@ -54,7 +54,7 @@ static bool opens_group(enum answer_kind kind)
     return kind == ANSWER_OPEN_GROUP || kind == ANSWER_OPEN_LIST || kind == ANSWER_OPEN_TABLE;
 }
 
-/* Index of the first item after item `i` and its contents. */
+/* Returns the index of the first item after item `i` and, if it is a group, after its contents. */
 static size_t index_after_item(const struct answer *answer, size_t i)
 {
     size_t depth = 0;
@@ -363,7 +363,7 @@ static size_t find_columns(const struct answer *answer, size_t table, size_t *co
 {
     size_t count = 0, end = index_after_item(answer, table);
     for (size_t row = table + 1; row + 1 < end; row = index_after_item(answer, row)) {
-        /* a new column is inserted after the previous column of the same row */
+        /* Place a new column after the previous column of the same row. */
         size_t place = 0, to = index_after_item(answer, row);
         for (size_t i = row + 1; i < to; i++) {
             size_t c = 0;
@@ -375,7 +375,8 @@ static size_t find_columns(const struct answer *answer, size_t table, size_t *co
                 memmove(column + place + 1, column + place, (count++ - place) * sizeof *column);
                 column[c = place] = i;
             } else if (c < count && !answer->item[column[c]].unit)
-                column[c] = i; /* this row has the unit; a row without the value has none */
+                /* Take the unit from this row: a row without the value has no unit. */
+                column[c] = i;
             place = c + 1;
         }
     }
@@ -403,7 +404,7 @@ static bool format_head_line(const struct answer_item *column, size_t line, size
     for (const char *at = part; (at = strchr(at, '|')); at++)
         parts++;
     text[0] = '\0';
-    if (line + parts + unit < lines) /* all heads end on the last line */
+    if (line + parts + unit < lines) /* heads are aligned at the bottom: all end on the last line */
         return false;
     line -= lines - parts - unit;
     if (line >= parts)
@@ -443,7 +444,7 @@ static size_t column_width(const struct answer *answer, size_t table,
     return width;
 }
 
-/* Spaces are printed only when text follows, so that no line ends in spaces. */
+/* Prints pending spaces only if text follows, so that no line ends in spaces. */
 static void print_padded(const char *text, size_t width, bool left, size_t *pending, FILE *out)
 {
     size_t own = wrap_width(text, strlen(text)), gap = own < width ? width - own : 0;
@@ -514,8 +515,8 @@ static void print_table(const struct answer *answer, size_t table, size_t indent
         const struct answer_item *column = &answer->item[index[done]];
         size_t width = column_width(answer, table, column);
         if (block.count > 1 && used + 2 + width > TERMINAL_COLUMNS) {
-            /* print the columns so far; the remaining columns go below, with the first column
-             * repeated */
+            /* Print the columns so far. The remaining columns follow in a new table below, with the
+             * first column repeated. */
             print_column_block(answer, table, &block, indent, out);
             used = indent + 2 + block.width[0];
             block.count = 1;
@@ -544,7 +545,7 @@ static void print_fact(const struct answer_item *item, const char *label, int in
             (int)(labels - wrap_width(label, strlen(label))), "", text);
 }
 
-/* Width of the label column, shared with groups that have no heading. */
+/* Returns the width of the label column, which groups without a heading share. */
 static size_t label_width(const struct answer *answer, size_t from, size_t to)
 {
     size_t labels = LABEL_WIDTH_MIN;
@@ -619,7 +620,8 @@ static void put_group(const struct answer *answer, size_t i, json_t *group)
 {
     const struct answer_item *item = &answer->item[i];
     if (!item->name && !json_is_array(group)) {
-        /* this heading is only for print: its facts belong to the outer JSON object */
+        /* The heading is only for printed text. In the JSON its facts belong to the enclosing
+         * object. */
         put_items(answer, i + 1, index_after_item(answer, i), group);
         return;
     }
@@ -672,7 +674,8 @@ json_t *answer_json(const struct answer *answer)
 }
 
 /* ---- HTML answer: facts as <dl>, tables as <table>, headings as <h3> ---- */
-/* Characters; a column with a longer text may be as narrow as the style sheet allows. */
+/* Length in characters of a long text. A column with such a text may be as narrow as the style
+ * sheet allows. */
 #define HTML_LONG_TEXT_MIN 40
 
 static bool html_has_long_text(const struct answer *answer, size_t table, const char *label)

@@ -1,12 +1,12 @@
-/* The output of a command, described once: name, unit, value and error of each fact. Text for
- * people, JSON for programs and HTML pages are generated from this description.
+/* The output of a command as a list of facts, each with name, unit, value and error. Printed text,
+ * JSON and HTML pages are all generated from this list.
  *
  * A fact has a name, which is its JSON key, and a label, which people see. A fact without a name is
  * not in the JSON; a fact without a label is only in the JSON. In the JSON the name ends with the
  * unit ("rms_in", "peak_error_in"), and a value that is not finite is null. Callers pass values in
- * the report's units; an answer in SI converts them.
+ * the report's units; an answer in SI units converts them.
  *
- * In text, the label of several consecutive facts is shown once.
+ * If consecutive facts have the same label, text shows it once.
  *
  * Functions return the added fact; its fields may be set until the next call. Names, labels and
  * texts are copied. */
@@ -30,7 +30,7 @@ struct answer_fact {
     bool is_capped;      /* a ratio: text shows ">999" for a value above 999 */
     bool shows_sign;     /* text also shows the sign of a positive value */
     bool is_warning;     /* pages show the fact in the warning colour */
-    bool is_number;      /* words that show a number: tables align them right */
+    bool is_number;      /* the text shows a number, so tables align it right */
     bool is_run_number;  /* a RUN number: HTML pages link it to the section of that landing */
     const char *suffix;  /* text after the value, for people; static. NULL: none */
 };
@@ -89,12 +89,12 @@ void answer_open_table(struct answer *answer, const char *name, const char *labe
 void answer_open_row(struct answer *answer);
 void answer_close_group(struct answer *answer);
 
-/* Returns false if `out` cannot be written. */
+/* Prints the answer as text. Returns false if `out` cannot be written. */
 bool answer_text(const struct answer *answer, FILE *out);
 void answer_html(const struct answer *answer, FILE *out);
 /* Returns JSON that the caller owns. */
 json_t *answer_json(const struct answer *answer);
-/* As answer_json, and frees the answer. */
+/* Same as answer_json, but also frees the answer. */
 json_t *answer_into_json(struct answer *answer);
 /* Prints the answer to standard output, as text or with --json as JSON, and frees it. Returns
  * `code`, or the exit code of a failed output. */

@@ -13,16 +13,16 @@
 #include "host/base/xmalloc.h"
 
 #define STACK_BYTES (768u * 1024u)
-/* Bytes; includes arguments, environment and the calls so far */
+/* Bytes of stack reserved for arguments, environment and the calls so far. */
 #define STACK_LIMIT (1024u * 1024u)
 #define PAGE_BYTES  4096u
 
-/* Whether --json was given, and whether a JSON object was printed */
+/* --json was given; a JSON object was printed */
 static bool json_requested, json_printed;
 static struct error first_error;
 
-/* Returns the text as a JSON string. In a text that is not UTF-8 (a file name need not be), '?'
- * stands for each byte that is not ASCII. */
+/* Returns the text as a JSON string. If the text is not UTF-8 (a file name may not be), each
+ * non-ASCII byte is replaced by '?'. */
 static json_t *text_to_json(const char *text)
 {
     char ascii[sizeof((struct error *)0)->text];
@@ -54,8 +54,8 @@ __attribute__((noinline)) static void touch_stack_pages(void)
         stack[i - PAGE_BYTES] = 0;
 }
 
-/* Uses the stack of the deepest command once at the start. A stack that cannot grow later would end
- * the program without a message. */
+/* Touches as much stack as the deepest command needs. If the stack could not grow later, the
+ * program would end without a message; here it can report the lack of memory. */
 static void reserve_stack(void)
 {
     struct rlimit limit = {STACK_LIMIT, STACK_LIMIT};
@@ -68,7 +68,7 @@ static void reserve_stack(void)
         limit.rlim_cur = STACK_LIMIT;
         setrlimit(RLIMIT_STACK, &limit);
     }
-    free(xmalloc(STACK_LIMIT)); /* exits with a message if there is not enough memory */
+    free(xmalloc(STACK_LIMIT)); /* ends the program with a message if memory is insufficient */
     touch_stack_pages();
 }
 

@@ -23,15 +23,15 @@ struct cli {
 /* Sets the signals that end a long command: Ctrl-C, kill, and hangup of the terminal unless hangup
  * is ignored, as under nohup. */
 void cli_fill_end_signals(sigset_t *set);
-/* Applies the global options; call before anything can fail. From then on, a file that exceeds its
- * size limit is a write error and does not raise a signal. */
+/* Applies the global options. Call it before any function that can fail. From then on, a write
+ * beyond the file size limit is a write error and does not raise a signal. */
 void cli_begin(const struct cli *cli);
 /* Prints `matrig: <line>` on stderr and returns the exit code of the error's status. With --json,
  * stdout also gets an object: {"error": line, "kind": word (error_kind_text), "exit": code}. */
 int cli_fail(const struct error *error);
-/* A shared error for commands that run once. Setting it prints the error (cli_fail) and ends the
- * program, so the caller needs no check. Do not use it while a resource is open that the end of the
- * process does not clean up. */
+/* An error object for commands that run once. Setting it prints the error (cli_fail) and ends the
+ * program, so the caller needs no check. Do not use it while a resource is open that is not
+ * released when the process ends. */
 extern struct error *const fatal;
 /* Call at the end of the program. With --json, prints the JSON object of an error if no other
  * object was printed. Returns `exit_code`. */

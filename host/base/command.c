@@ -35,7 +35,7 @@ static size_t find_option(const struct command *command, const char *word, const
         if (name && strlen(name) == length && strncmp(name, word, length) == 0)
             return i;
     }
-    /* a value directly after the letter, as in make and cc: -j4, -oFILE */
+    /* the value may follow the letter directly, as in make and cc: -j4, -oFILE */
     for (size_t i = 0;
          i < command->part_count && word[0] == '-' && word[1] != '-' && word[1] && word[2]; i++) {
         const char *name = parts[i].option.name;
@@ -47,7 +47,7 @@ static size_t find_option(const struct command *command, const char *word, const
     return command->part_count;
 }
 
-/* The long option that begins with this letter. NULL if there is none or more than one. */
+/* Returns the long option that begins with this letter; NULL if there is none or more than one. */
 static const char *find_unique_option(const struct command *command, char letter)
 {
     const char *only = NULL;
@@ -62,7 +62,7 @@ static const char *find_unique_option(const struct command *command, char letter
     return only;
 }
 
-/* `name`: the command as the user typed it; NULL: before any command. */
+/* `name`: the command as the user typed it; NULL: the option stands before the command. */
 static enum mr_status refuse_unknown_option(const struct command *command, const char *name,
                                             const char *word, struct error *error)
 {
@@ -122,7 +122,7 @@ static enum mr_status refuse_unknown_or_misplaced(const struct parser *p, const 
     const char *attached;
     size_t row = find_option(&command_matrig, word, &attached);
     if (row != command_matrig.part_count && !attached &&
-        parts[row].text) /* --version has no text */
+        parts[row].text) /* skip --version, which has no help text */
         return error_set(error, MR_UNKNOWN,
                          "option in the wrong place: '%s' after %s; put the option before the "
                          "command: matrig %s %s",
@@ -257,7 +257,7 @@ static void set_defaults(const struct parser *p)
     }
 }
 
-/* Reads the option argv[*at] and its value. If the value is the next argument, *at advances. */
+/* Reads the option argv[*at] and its value. If the value is the next argument, increments *at. */
 static enum mr_status read_option(struct parser *p, int argc, char **argv, int *at,
                                   struct error *error)
 {
@@ -277,7 +277,7 @@ static enum mr_status read_option(struct parser *p, int argc, char **argv, int *
     if (p->is_given[i])
         return error_set(error, MR_USAGE, "option given twice: %s of %s; give it once",
                          option->name, p->name);
-    /* an option is not a value: in --note --who kl the value is missing */
+    /* An option is never a value: in `--note --who kl` the value of --note is missing. */
     const char *next = *at + 1 < argc ? argv[*at + 1] : NULL, *of_next = NULL;
     if (!attached &&
         (!next || (next[0] == '-' &&
@@ -299,8 +299,8 @@ static bool follows_text_value(const struct parser *p, char **argv, int i)
     return row < p->command->part_count && p->command->parts[row].option.kind == OPTION_IS_TEXT;
 }
 
-/* True if the second operand is not a RUN but probably the rest of a text without quotes: --runway
- * as laid. */
+/* True if the second operand is not a RUN and is probably the rest of a text without quotes, as in
+ * `--runway as laid`. */
 static bool is_rest_of_unquoted_text(const struct parser *p, char **argv, int i, size_t count)
 {
     int64_t run;

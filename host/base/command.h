@@ -30,14 +30,14 @@ enum option_kind {
     OPTION_NONE,
     OPTION_IS_FLAG,    /* bool; takes no value */
     OPTION_IS_TEXT,    /* const char *; NULL: not given */
-    OPTION_IS_NUMBER,  /* double, in `unit` */
+    OPTION_IS_NUMBER,  /* double, in the unit `unit` */
     OPTION_IS_INTEGER, /* int64_t, a whole number within the limits */
     OPTION_IS_RUN,     /* int64_t, a RUN as parse_run returns it; 0: not given */
     OPTION_IS_CHOICE   /* const char *, one of `choices`; NULL: not given */
 };
 
 struct command_option {
-    const char *name;     /* name with its dashes: "--for", "-o" */
+    const char *name;     /* name with its dashes: "--for", "-o"; NULL: the row is not an option */
     const char *argument; /* placeholder of its value in help: "S"; NULL: a flag */
     enum option_kind kind;
     size_t offset; /* offset of its value in OPTION_VALUES */
@@ -58,9 +58,9 @@ struct command_part {
     const char *text;
     bool is_fixed_word; /* the term begins with a fixed word of the command ("read N") */
     bool is_example;
-    const struct command_option option; /* name NULL: the row is not an option */
-    /* Descriptor whose rows are all included here; its options and words are parsed with this
-     * command (matrig board ... config). */
+    const struct command_option option; /* option with name NULL: the row is not an option */
+    /* Descriptor whose rows are all included here. Its options and words are parsed with this
+     * command, as in `matrig board ... config`. */
     const struct command *included;
 };
 
@@ -138,8 +138,8 @@ struct command_table {
     OPTION(its_name, FLAG, member, bool, help, .argument = NULL)
 #define OPTION_TEXT(its_name, of_value, member, help) \
     OPTION(its_name, TEXT, member, const char *, help, .argument = (of_value))
-/* A number without a unit is in `its_unit`, with --si in `in_si`. A unit may follow the number:
- * 5mm, 2min. */
+/* A number option. A number without a unit is in `its_unit`, or with --si in `in_si`. A unit may
+ * follow the number: 5mm, 2min. */
 #define OPTION_NUMBER_SI(its_name, of_value, member, its_unit, in_si, least, most, normal, help) \
     OPTION(its_name, NUMBER, member, double, help, .argument = (of_value), .unit = (its_unit),   \
            .unit_si = (in_si), .low = (least), .high = (most), .default_value = (normal))
@@ -158,7 +158,7 @@ struct command_table {
 /* For commands that write a file which people fill in (host/base/output.h, output_check_new). */
 #define OPTION_FORCE(member) OPTION_FLAG("--force", member, "replace the file if it exists")
 
-/* Global options, which precede the command. They are described by the rows of command_matrig. */
+/* Global options, which stand before the command. The rows of command_matrig describe them. */
 struct global_options {
     struct cli cli;
     bool version, help;

@@ -13,7 +13,7 @@
 #define PI_2_A   1.5707963267341256
 #define PI_2_B   6.077100506506192e-11
 
-/* c[0] + c[1] x + ... */
+/* Evaluates c[0] + c[1] x + ... */
 static double polynomial(double x, const double *c, size_t count)
 {
     double sum = c[count - 1];
@@ -23,7 +23,8 @@ static double polynomial(double x, const double *c, size_t count)
 }
 #define POLYNOMIAL(x, c) polynomial(x, c, sizeof(c) / sizeof(c)[0])
 
-/* x = k log 2 + r, |r| at most half of log 2: e^r - 1 by its series up to r^13. */
+/* Reduces x to k log 2 + r with |r| at most half of log 2; returns e^r - 1 from its series up to
+ * r^13. */
 static double reduced_expm1(double x, int *k)
 {
     static const double c[] = {1.0 / 2,       1.0 / 6,        1.0 / 24,        1.0 / 120,
@@ -59,7 +60,8 @@ double elementary_expm1(double x)
     return k > 60 ? ldexp(1.0 + e, k) : ldexp(e, k) + (ldexp(1.0, k) - 1.0);
 }
 
-/* x = 2^k (1 + f), s = f / (2 + f): log(1 + f) = 2 s (1 + s^2/3 + s^4/5 + ...), |s| < 0.172. */
+/* With x = 2^k (1 + f) and s = f / (2 + f): log(1 + f) = 2 s (1 + s^2/3 + s^4/5 + ...), |s| <
+ * 0.172. */
 double elementary_log(double x)
 {
     static const double c[] = {1.0 / 3,  1.0 / 5,  1.0 / 7,  1.0 / 9,  1.0 / 11, 1.0 / 13,
@@ -75,7 +77,7 @@ double elementary_log(double x)
         k--;
     }
     double f = m - 1.0, s = f / (2.0 + f), z = s * s, half = 0.5 * f * f;
-    /* uses 2 s = f - s f, in which the rounding error of s cancels */
+    /* computed as 2 s = f - s f, in which the rounding error of s cancels */
     double rest = s * (half + 2.0 * z * POLYNOMIAL(z, c));
     return k * LN2_HIGH - ((half - (rest + k * LN2_LOW)) - f);
 }
@@ -87,7 +89,7 @@ double elementary_pow(double x, double y)
     return y == 1.0 ? x : elementary_exp(y * elementary_log(x));
 }
 
-/* x = n pi/2 + r, |r| at most pi/4: sine and cosine of r, n modulo 4. */
+/* Reduces x to n pi/2 + r with |r| at most pi/4. Sets sine and cosine of r; returns n modulo 4. */
 static int reduce_to_quadrant(double x, double *sine, double *cosine)
 {
     static const double s[] = {
@@ -128,8 +130,9 @@ double elementary_tan(double x)
     return reduce_to_quadrant(x, &s, &c) % 2 == 0 ? s / c : -c / s;
 }
 
-/* (asin(x)/x - 1)/x^2 as a polynomial in z = x^2, fitted at the Chebyshev points of 0 to 1/4,
- * accurate to 1.5e-17. Larger x use asin(x) = pi/2 - 2 asin(sqrt((1 - x)/2)). */
+/* Returns (asin(x)/x - 1)/x^2 as a polynomial in z = x^2, fitted at the Chebyshev points of 0 to
+ * 1/4, accurate to 1.5e-17. For larger x the caller uses asin(x) = pi/2 - 2 asin(sqrt((1 -
+ * x)/2)). */
 static double asin_correction(double z)
 {
     static const double c[] = {0.16666666666666669,  0.07499999999998433,  0.04464285714635543,

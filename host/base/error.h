@@ -1,8 +1,8 @@
 /* An error for the person at the terminal: a status and one line `WHAT: WHERE; what to do`.
  *
- * A function whose failure a person should read about takes a `struct error *` and returns its
- * status. The first error is kept: setting an error later changes nothing, so cleaning up after a
- * failure cannot hide its cause. */
+ * A function whose failure must be shown to a person has a `struct error *` parameter and returns
+ * the status. The first error is kept: setting an error later changes nothing, so cleaning up after
+ * a failure cannot hide its cause. */
 #ifndef MATRIG_HOST_BASE_ERROR_H
 #define MATRIG_HOST_BASE_ERROR_H
 

@@ -25,8 +25,8 @@ const char *help_group_title(enum command_group group)
     return titles[group];
 }
 
-/* Also prints the options that are allowed before every command. `words` has one line per
- * alternative. */
+/* Prints the usage line, then the options that are allowed before every command. `words` has one
+ * line per alternative. */
 static void print_usage(const char *command, const char *words)
 {
     for (const char *line = words; *line;) {
@@ -96,8 +96,8 @@ const struct command *help_find(const struct command_table *table, const char *n
 
 /* ---- unknown command ---- */
 
-/* Copies of the first words of all terms. They must exist as long as the suggestion, which points
- * to one of them. */
+/* Copies of the first words of all terms. They must exist as long as the suggestion, which may
+ * point to one of them. */
 #define FIRST_WORDS_MAX 40
 struct first_words {
     char word[FIRST_WORDS_MAX][20];
@@ -221,7 +221,7 @@ static void put_text(FILE *out, const struct command_part *part)
     }
 }
 
-/* Prints the unit of a bare number. */
+/* Prints the unit that applies to a number without a unit. */
 static void put_unit(FILE *out, const struct command_option *option)
 {
     if (option->kind != OPTION_IS_NUMBER || !quantity_kind_of(option->unit))
@@ -242,7 +242,7 @@ static char *make_text(const struct command_part *part, const char *before)
     put_unit(out, &part->option);
     size_t written = strlen(part->text);
     bool prose = !part->term && !part->option.name;
-    /* a line that ends with a blank is continued */
+    /* no line break here: a line that ends with a blank is continued */
     if (!prose || written == 0 || part->text[written - 1] != ' ')
         fputc('\n', out);
     if (fclose(out) != 0)
@@ -271,7 +271,7 @@ static void add_row(void *context, const struct command_part *part)
                                  : part->text[0] == '\n' ? "Example:"
                                                          : "Example: ");
     struct help_row *last = page->row_count ? &page->row[page->row_count - 1] : NULL;
-    if (!term && last && !last->term) { /* consecutive rows of prose are joined */
+    if (!term && last && !last->term) { /* consecutive rows without a term are joined to one text */
         char *both = xasprintf("%s%s", last->text, text);
         free(last->text);
         free(text);

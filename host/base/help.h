@@ -23,13 +23,13 @@ void help_print_version(const struct cli *cli);
 /* Runs matrig help [COMMAND]. Returns the exit code. */
 int help_run(int argc, char **argv, const struct command_table *table, const struct cli *cli);
 
-/* The rows of a command's help page. */
+/* Rows of a command's help page. */
 
 #define HELP_TEXT_COLUMN 17 /* column where the text of an item begins, counted from 0 */
 
 struct help_row {
     char *term; /* term, such as "--for S"; NULL: the row is prose */
-    /* paragraphs, each ends with a newline; they are wrapped when the page is printed */
+    /* paragraphs, each terminated by a newline; lines are wrapped when the page is printed */
     char *text;
 };
 

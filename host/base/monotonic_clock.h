@@ -1,11 +1,13 @@
-/* The monotonic clock, for durations and timeouts. It never jumps, because nobody can set it. */
+/* The monotonic clock, for durations and timeouts. Unlike the time of day it cannot be set, so it
+ * never jumps. */
 #ifndef MATRIG_HOST_BASE_MONOTONIC_CLOCK_H
 #define MATRIG_HOST_BASE_MONOTONIC_CLOCK_H
 
 #include <stdint.h>
 #include <time.h>
 
-/* Time in microseconds since an arbitrary start, which stays the same throughout a process. */
+/* Returns the time in microseconds since an arbitrary start, which is fixed for the life of a
+ * process. */
 static inline uint64_t monotonic_us(void)
 {
     struct timespec now;
@@ -21,7 +23,7 @@ static inline double monotonic_s(void)
     return 1e-6 * (double)monotonic_us();
 }
 
-/* Processor time in milliseconds that this process has used. */
+/* Returns the processor time that this process has used, in milliseconds. */
 static inline double processor_ms(void)
 {
     struct timespec now;

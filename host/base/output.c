@@ -15,8 +15,8 @@
 
 /* ---- target ---- */
 
-/* True if the file is a database. A landing cannot be repeated, so an output never replaces a
- * database. Only a regular file is read: reading a pipe or a terminal would block. */
+/* True if the file is a database. An output file never replaces a database, because its landings
+ * cannot be repeated. Only a regular file is read: reading a pipe or a terminal would block. */
 bool output_is_database(const char *path)
 {
     static const char magic[16] = "SQLite format 3";
@@ -77,14 +77,14 @@ static enum mr_status set_write_error(const char *path, struct error *error)
                      strerror(errno), path);
 }
 
-/* Writes the folder of a path with its last slash. */
+/* Writes the folder part of a path, with the slash at its end. */
 static void folder_of(const char *path, char folder[PATH_MAX])
 {
     const char *slash = strrchr(path, '/');
     snprintf(folder, PATH_MAX, "%.*s", slash ? (int)(slash - path + 1) : 2, slash ? path : "./");
 }
 
-/* Finds the file that is created or replaced: resolves symbolic links. */
+/* Finds the file to be created or replaced, by resolving symbolic links. */
 static enum mr_status find_target(const char *path, char target[PATH_MAX], struct error *error)
 {
     char folder[PATH_MAX], whole[PATH_MAX];
@@ -176,13 +176,13 @@ static bool write_all(int fd, const char *bytes, size_t length)
     return true;
 }
 
-/* Syncs the draft to disk and renames it to `target`. */
+/* Syncs the draft (the temporary file with the new content) to disk and renames it to `target`. */
 static enum mr_status commit_draft(int fd, const char *draft, const char *target, const char *path,
                                    struct error *error)
 {
     struct stat info;
     if (stat(target, &info) == 0) {
-        /* keep owner and mode if the user has the permission */
+        /* keeps owner and mode of the replaced file if the user has the permission */
         int failed = fchown(fd, info.st_uid, info.st_gid);
         failed |= fchmod(fd, info.st_mode & 07777u);
         (void)failed;

@@ -1,6 +1,6 @@
-/* A file that a command writes: `-o F`, or standard output.  * A page, a table or a picture, which
- * matrig can make again, replaces an existing file. A file that people fill in (a sheet, a
- * configuration, a scene), or that cannot be made again, replaces an existing file only with
+/* A file that a command writes: `-o F`, or standard output.  * A page, a table or a picture
+ * replaces an existing file, because matrig can make it again. A file that people fill in (a sheet,
+ * a configuration, a scene), or that cannot be made again, replaces an existing file only with
  * --force: output_check_new. A database and the input of the command are never overwritten. The new
  * file is written in the same folder and then renamed, so that a command that fails leaves the old
  * file unchanged. A pipe, a terminal or a device is written directly. */
@@ -32,8 +32,9 @@ enum mr_status output_end(struct output *output, struct error *error);
 enum mr_status output_write_bytes(const char *path, const void *bytes, size_t length,
                                   struct error *error);
 
-/* Opens a temporary file for writing and reading; fclose removes it. `what` names its purpose in
- * errors ("the plot"). NULL: the file cannot be created, and `error` is set (MR_IO). */
+/* Opens a temporary file for writing and reading; fclose removes it. `what` is the purpose of the
+ * file ("the plot"), for error messages. Returns NULL and sets `error` (MR_IO) if the file cannot
+ * be created. */
 FILE *output_open_temporary(const char *what, struct error *error);
 /* Copies the whole temporary file to `to`. */
 void output_copy_temporary(FILE *temporary, FILE *to);
@@ -42,20 +43,20 @@ void output_copy_temporary(FILE *temporary, FILE *to);
 enum mr_status output_write_json(const char *path, const json_t *json, unsigned digits,
                                  struct error *error);
 
-/* Call before work that takes long. Fails if output_begin would refuse `path` (NULL: nothing is
- * written), if the file cannot be written, or if it is the input file (`input`; NULL: none), which
- * would be lost. Writes nothing. */
+/* Checks the output path before long work. Fails if output_begin would refuse `path` (NULL: nothing
+ * is written), if the file cannot be written, or if it is the input file `input` (NULL: none),
+ * which would be overwritten. Writes nothing. */
 enum mr_status output_check(const char *path, const char *input, struct error *error);
-/* For files that people fill in. Fails with MR_USAGE if a file with content exists at `path` (NULL:
+/* For files that people fill in: fails with MR_USAGE if a file with content exists at `path` (NULL:
  * none) and --force was not given. */
 enum mr_status output_check_new(const char *path, bool force, struct error *error);
-/* Fails with MR_USAGE if `path` and `input`, which the command reads, are the same file, also under
+/* Fails with MR_USAGE if `path` and `input`, which the command reads, are the same file, even under
  * different names. Either may be NULL. */
 enum mr_status output_check_not_input(const char *path, const char *input, struct error *error);
 
 bool output_is_database(const char *path);
-/* Fails with MR_MALFORMED if the first bytes show that the file is not a `wanted` ("survey sheet")
- * but a file of another known kind, such as a spreadsheet. The message names the kind. */
+/* Checks that a file is of the `wanted` kind ("survey sheet"). Fails with MR_MALFORMED if its first
+ * bytes are those of another known kind, such as a spreadsheet. The message names that kind. */
 enum mr_status output_check_kind(const char *path, const char *wanted, struct error *error);
 /* Length in bytes (0 or 3) of a UTF-8 byte order mark at the start of a text. Spreadsheets write
  * such a mark. */

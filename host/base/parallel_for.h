@@ -7,7 +7,7 @@
 
 #define PARALLEL_THREADS_MAX 256u
 
-/* Does the pieces `from`, `from + every`, `from + 2 every`, ... of the work that `context`
+/* Processes the pieces `from`, `from + every`, `from + 2 every`, ... of the work that `context`
  * describes. */
 typedef void parallel_work(void *context, size_t from, size_t every);
 

@@ -12,7 +12,8 @@
 
 #define GNUPLOT_LIMIT_S        120.0
 #define TEMPORARY_FILE_PURPOSE "the plot" /* purpose of a temporary file, in error messages */
-/* Samples; a longer line is thinned to the smallest and largest value per pixel column. */
+/* Maximum number of pixel columns with samples. A line with more samples is thinned to the smallest
+ * and largest value per column. */
 #define THINNING_COLUMNS       1000
 
 struct plot {
@@ -27,7 +28,7 @@ struct plot {
     unsigned data_block_count, drawn_series_count;
 };
 
-/* gnuplot substitutes nothing within single quotes. */
+/* Writes the text in single quotes, in which gnuplot substitutes nothing. */
 static void put_quoted(FILE *out, const char *text)
 {
     fputc('\'', out);
@@ -113,8 +114,8 @@ static void put_row(FILE *out, const struct plot_series *series, size_t i)
         put_number(out, series->y_high[i], '\n');
 }
 
-/* Reduces samples [from, to): the smallest and the largest value in order of time, or the
- * outline of a band. A NaN replaces all of them. */
+/* Reduces samples [from, to) to one row or two: the smallest and the largest value in order of
+ * time, or the outline of a band. If any sample is NaN, the result is NaN. */
 static void put_thinned_rows(FILE *out, const struct plot_series *series, size_t from, size_t to)
 {
     const double *high = series->y_high ? series->y_high : series->y;
@@ -161,8 +162,8 @@ static void add_vertical_lines(struct plot *plot, const struct plot_series *seri
     fputs("NaN ", plot->series_list);
 }
 
-/* Adds constants as functions: gnuplot includes functions, unlike arrows, in the range of an axis
- * without limits. */
+/* Draws constants as functions. gnuplot includes functions in the range of an axis without limits,
+ * but not arrows. */
 static void add_horizontal_lines(struct plot *plot, const struct plot_series *series,
                                  const char *look)
 {
@@ -175,7 +176,7 @@ void plot_add_series(struct plot *plot, const struct plot_series *series)
 {
     static const char *const colours[PLOT_COLOUR_COUNT] = {
         "#0072b2", "#d55e00", "#009e73", "#b8529a", "#a67c00", "#222222", "#56b4e9", "#8a9099"};
-    /* gnuplot point types of filled shapes; the hollow shape is one less */
+    /* gnuplot point types of filled shapes; the hollow shape has the number one below */
     static const int shapes[PLOT_SHAPE_COUNT] = {7, 5, 9, 13, 11, 15};
     int shape = shapes[series->shape % PLOT_SHAPE_COUNT] - series->is_hollow;
     char look[48];

@@ -26,7 +26,7 @@ struct plot_axis {
 };
 
 enum plot_kind {
-    PLOT_LINE, /* a line through the points; a NaN interrupts it, and thinning keeps spikes */
+    PLOT_LINE, /* a line through the points; a NaN interrupts it, and thinning preserves peaks */
     PLOT_POINTS,
     PLOT_LINE_POINTS,
     PLOT_BAND,            /* the area between y and high; a NaN interrupts it */

@@ -6,7 +6,7 @@
 #include <pthread.h>
 #include <stdbool.h>
 
-/* Seconds between two lines. Users consider a minute without a line too long. */
+/* Seconds between two lines, short enough that users do not think the program hangs. */
 #define PROGRESS_INTERVAL_S 30.0
 
 struct progress {

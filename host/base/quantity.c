@@ -9,7 +9,7 @@
 
 #include "common/decimal.h"
 
-/* Base dimensions of units. Mass is derived: force time2 / length. */
+/* Base dimensions of units. Mass is derived: force x time^2 / length. */
 enum dimension {
     DIMENSION_LENGTH,
     DIMENSION_FORCE,
@@ -82,7 +82,7 @@ static const struct unit_symbol unit_symbols[] = {
     {"F", DIM_TEMPERATURE, 5, 9, 0, false},
 };
 
-/* quantity_kind_of finds a kind by its first unit. */
+/* quantity_kind_of compares only the first unit of each kind. */
 static const struct quantity_kind quantity_kinds[] = {
     {"a length", "ft, in, mm, cm, m", "m", NULL},
     {"a force", "lb, kip, N, kN, kgf, kg", "N", "kg is the weight of that mass"},
@@ -152,12 +152,13 @@ static const struct {
 
 struct unit {
     int power[DIMENSION_COUNT];
-    long double numerator, denominator; /* exact for all units in `quantity_kinds` */
+    /* the fraction is exact for all units in `quantity_kinds` */
+    long double numerator, denominator;
     int exponent10;
-    bool is_kg; /* the unit is plain kg */
+    bool is_kg; /* the unit is kg alone */
 };
 
-/* True for a text that begins with M for mega, such as "M" or "Mm". "MM" is a spelling of mm. */
+/* True if the text begins with M for mega, as "M" and "Mm" do. "MM" is a spelling of mm. */
 static bool begins_with_mega(const char *text, size_t length)
 {
     return length <= 2 && text[0] == 'M' && (length == 1 || text[1] != 'M');
@@ -212,7 +213,7 @@ static void multiply_unit(struct unit *unit, const struct unit_symbol *word, int
         unit->power[b] += power * word->power[b];
 }
 
-/* Reads a word with its power: "m2" or "m^2". Returns the text after it; NULL: invalid. */
+/* Reads a word and its power: "m2" or "m^2". Returns the text after it; NULL if it is invalid. */
 static const char *read_power(const char *text, int sign, struct unit *unit)
 {
     size_t length = 0;
@@ -232,7 +233,8 @@ static const char *read_power(const char *text, int sign, struct unit *unit)
     return isalnum((unsigned char)*text) ? NULL : text;
 }
 
-/* Reads a whole unit. Returns false if the text is not a unit. For "", all powers are 0. */
+/* Reads a whole unit. Returns false if the text is not a unit. An empty text gives a unit with all
+ * powers 0. */
 static bool read_unit(const char *text, struct unit *unit)
 {
     *unit = (struct unit){.numerator = 1.0L, .denominator = 1.0L};
@@ -254,7 +256,7 @@ static bool has_same_dimension(const struct unit *a, const struct unit *b)
     return memcmp(a->power, b->power, sizeof a->power) == 0;
 }
 
-/* Replaces a bare kg by kgf if `wanted` is a force. */
+/* Replaces a plain kg by kgf if the wanted unit is a force. */
 static void convert_kg_to_force(struct unit *unit, const struct unit *wanted)
 {
     struct unit force;
@@ -351,7 +353,7 @@ static bool refuse_other_kind(const char *given_unit, const char *unit, const ch
     return refuse_quantity(wrong, what, unit, bare);
 }
 
-/* Refuses a comma before three digits, which is ambiguous: thousands or decimals. */
+/* Refuses a comma before three digits, because it may separate thousands or decimals. */
 static bool refuse_comma(const char *text, const char *comma, struct quantity_error *wrong)
 {
     snprintf(wrong->what, sizeof wrong->what, "a comma in a number");
@@ -387,7 +389,7 @@ bool quantity_parse(const char *text, const char *unit, const char *bare, double
     if (!*own && !*bare && *unit)
         return refuse_quantity(wrong, "a number without a unit", unit, bare);
     const char *given_unit = *own ? own : bare;
-    /* the same text needs no conversion, so it may be a unit that is not in the table */
+    /* An identical unit needs no conversion, so it may even be missing from the table. */
     if (strcmp(given_unit, unit) == 0)
         return true;
     if (!read_unit(given_unit, &from))
@@ -442,7 +444,7 @@ const struct quantity_kind *quantity_kind_of(const char *text)
         return NULL;
     for (size_t i = 0; i < ARRAY_COUNT(quantity_kinds); i++) {
         size_t length = strcspn(quantity_kinds[i].units, ",");
-        /* each name is copied once; the texts are a few letters */
+        /* Each name is copied once and never freed; the texts are a few letters long. */
         memcpy(name, quantity_kinds[i].units, length);
         name[length] = '\0';
         if (read_unit(name, &first) && has_same_dimension(&unit, &first))

@@ -7,8 +7,8 @@
  * Two tables in quantity.c list the words and, for each kind of quantity, its usual units;
  * docs/reference/units.md is generated from them. Words of lengths and forces may be in capitals
  * ("MM", "LB"), except "M" and "Mm", where M is mega. Any product of words with the right dimension
- * is accepted: "kip/in" and "kN/mm" for a stiffness. kg where a force is expected is the weight of
- * that mass: times 9.80665 m/s2, which is kgf.
+ * is accepted: "kip/in" and "kN/mm" for a stiffness. Where a force is expected, kg means kgf: the
+ * mass times 9.80665 m/s2.
  *
  * All factors except that of the degree are exact by definition, and conversion uses long double:
  * the result is within 0.502 units in the last place. A number in the wanted unit gives the same
@@ -34,11 +34,11 @@ struct quantity_error {
  * NULL: `unit`; "": a unit is required. A unit of another dimension is refused. */
 bool quantity_parse(const char *text, const char *unit, const char *bare, double *value,
                     struct quantity_error *wrong);
-/* Parses as quantity_parse does. Fails with MR_USAGE and the message "WHAT: 'TEXT' for NAME;
+/* As quantity_parse, but a failure sets `error`: MR_USAGE and the message "WHAT: 'TEXT' for NAME;
  * ADVICE". */
 enum mr_status quantity_read(const char *text, const char *name, const char *unit, const char *bare,
                              double *value, struct error *error);
-/* Reads a JSON value: a number in `unit`, or a text with its unit. */
+/* Reads a JSON value: either a number in `unit`, or a text that includes its unit. */
 bool quantity_read_json(const json_t *json, const char *unit, double *value,
                         struct quantity_error *wrong);
 /* Converts a value from unit `from` to unit `to`. Returns NaN if their dimensions differ. */

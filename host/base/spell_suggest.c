@@ -6,7 +6,7 @@
 
 #define WORD_LETTERS_MAX 32u /* longest word that is compared */
 #define COMMON_PREFIX_LETTERS_MIN \
-    5u /* words with this many equal first letters are forms of the same word */
+    5u /* Words with this many equal first letters count as forms of the same word. */
 
 static const char *skip_dashes(const char *word)
 {
@@ -71,7 +71,7 @@ bool spell_suggest_add(struct spell_suggest *suggest, const char *candidate)
     if (distance > allowed) {
         if (beginning < COMMON_PREFIX_LETTERS_MIN && !(beginning == shorter && shorter >= 3))
             return is_word;
-        distance = 3; /* an equal beginning ranks below a misspelling */
+        distance = 3; /* a word that only begins the same ranks below a misspelling */
     }
     if (!suggest->best || distance < suggest->distance) {
         suggest->best = candidate;

@@ -5,9 +5,9 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* The search for the nearest word. Leading dashes and capitals are ignored. A word is near if its
- * beginning is the same, or if one or two letters (one in a word of three or four letters) are
- * wrong, missing, superfluous or swapped. */
+/* State of the search for the known word nearest to `word`. Leading dashes and capitals are
+ * ignored. A known word is near if its beginning is the same, or if one or two letters (one in a
+ * word of three or four letters) are wrong, missing, superfluous or swapped. */
 struct spell_suggest {
     const char *word, *best; /* best: the nearest word so far; NULL: none */
     size_t distance;         /* number of edits from `word` to `best` */
@@ -15,11 +15,11 @@ struct spell_suggest {
 };
 
 void spell_suggest_begin(struct spell_suggest *suggest, const char *word);
-/* Compares a candidate. Among equally near candidates the first is kept. The caller keeps the text.
- * Returns true if the candidate is the word. */
+/* Compares a candidate with the word. Of equally near candidates the first is kept. The text must
+ * outlive the search. Returns true if the candidate equals the word. */
 bool spell_suggest_add(struct spell_suggest *suggest, const char *candidate);
-/* Begins with the word and compares choices such as "left|right". Returns true if the word is one
- * of them. */
+/* Starts the search for `word` and compares choices such as "left|right". Returns true if the word
+ * is one of them. */
 bool spell_suggest_choice(struct spell_suggest *suggest, const char *word, const char *choices);
 
 /* Writes "; did you mean BEST?". For some words of other programs (delete, undo), writes advice

@@ -30,20 +30,22 @@ enum mr_status line_fit(const double *x, const double *y, size_t count, struct l
 enum mr_status line_fit_weighted(const double *x, const double *y, const double *weight,
                                  size_t count, struct line_fit *line, struct error *error);
 /* Predicts the next reading at `x` from a line through `count` readings. `weight` is that of the
- * new reading (1 for line_fit). The error includes the scatter and Student's t: the reading is
- * within 1.96 errors with a probability of 95 %. */
+ * new reading (1 for line_fit). The error includes the scatter and the factor of Student's t, so
+ * that the reading is within 1.96 errors with a probability of 95 %. */
 struct estimate line_predict(const struct line_fit *line, size_t count, double x, double weight);
 
 /* Sorts in ascending order, in place, for medians and percentiles. NaN is not allowed. */
 void sort_numbers(double *values, size_t count);
 
-/* Wilson's 95 % interval of a proportion (E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209). */
+/* Wilson's 95 % interval of a proportion, from 0 to 1 (E. B. Wilson, J. Am. Stat. Assoc. 22 (1927)
+ * 209). */
 
 struct wilson {
     double low, high;
 };
 
-/* Interval of the proportion of `count` events in `of` trials; 0 to 1 if `of` is 0. */
+/* Returns the interval of the proportion of `count` events in `of` trials; if `of` is 0, the whole
+ * range 0 to 1. */
 struct wilson wilson_interval(size_t count, size_t of);
 
 #endif

@@ -41,7 +41,7 @@ const struct unit *unit_of_passed_value(enum unit_kind kind)
     return unit_of(kind == UNIT_MOVEMENT ? UNIT_STATION : kind, false);
 }
 
-/* Units of calibration points, a subset of the units of quantity.h. kg is the weight of that
+/* Units of calibration points, a subset of the units in quantity.h. kg means the weight of that
  * mass. */
 static const struct unit_word unit_word_table[] = {
     {"in", UNIT_DISPLACEMENT}, {"mm", UNIT_DISPLACEMENT}, {"cm", UNIT_DISPLACEMENT},

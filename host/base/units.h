@@ -14,7 +14,8 @@ enum unit_kind {
     UNIT_TENSION,
     UNIT_MEASURED_KIND_COUNT, /* number of the kinds above, which a board measures */
     UNIT_NUMBER =
-        UNIT_MEASURED_KIND_COUNT, /* a number without a unit, or whose name contains the unit */
+        /* a number without a unit, or a value whose name contains the unit */
+    UNIT_MEASURED_KIND_COUNT,
     UNIT_TIME,
     UNIT_MOVEMENT, /* passed in ft; shown in inches or mm */
     UNIT_STIFFNESS,
@@ -24,11 +25,11 @@ enum unit_kind {
 struct unit {
     const char *text;   /* printed unit: "ft/s2" */
     const char *suffix; /* the unit as the end of a name: "ft_s2" */
-    double factor;      /* multiply a value in the report's unit by this factor */
+    double factor;      /* factor from the report's unit to this unit */
 };
 
 const struct unit *unit_of(enum unit_kind kind, bool si);
-/* The unit in which callers pass values of this kind. */
+/* Returns the unit in which callers pass values of this kind. */
 const struct unit *unit_of_passed_value(enum unit_kind kind);
 /* A unit that users may write after a displacement or a tension. */
 struct unit_word {
@@ -40,8 +41,8 @@ struct unit_word {
 const struct unit_word *unit_word_find(const char *word, size_t length);
 /* Returns each unit once, in order: index 0 is the first; NULL after the last. Static storage. */
 const struct unit_word *unit_word_at(size_t index);
-/* Returns 0 without a sign if the value rounds to 0 at a last digit of size `least`, otherwise the
- * value. */
+/* Returns 0 (never -0) if the value rounds to 0 when its last digit has the value `least`;
+ * otherwise returns the value. */
 double unit_round_to_zero(double value, double least);
 /* Number of decimals to print for a value that has `decimals` decimals in the report's unit. In SI
  * the number is adapted so that no digit is lost. */

@@ -1,6 +1,6 @@
 /* Memory for commands that run once: a failed allocation ends the process with one line and exit
  * code 3, as in git. Code that records a landing (collect, store, link, log, live) does not use
- * these functions: it keeps its data and returns a status. */
+ * these functions: on failure it keeps its data and returns a status. */
 #ifndef MATRIG_HOST_BASE_XMALLOC_H
 #define MATRIG_HOST_BASE_XMALLOC_H
 
@@ -21,7 +21,7 @@ void *xaligned_alloc(size_t alignment, size_t bytes) __attribute__((malloc, retu
 char *xasprintf(const char *format, ...)
     __attribute__((format(printf, 1, 2), malloc, returns_nonnull));
 
-/* Ends the process in the same way when another allocation has failed. */
+/* Ends the process as xmalloc does, after a failed allocation of another function. */
 _Noreturn void xmalloc_failed(size_t bytes);
 
 /* Makes room for one more element in a list of `count` elements of `size` bytes. `list` is the
