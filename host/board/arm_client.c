@@ -77,7 +77,7 @@ static bool is_state_reached(const void *context)
     return client->landing_state_received && client->landing.state == client->wanted_state;
 }
 
-/* Used if the answer is lost: true if the board has reached the wanted landing state. */
+/* Checks whether the board has reached the wanted landing state. Used if the answer is lost. */
 static bool has_landing_state_changed(const void *context)
 {
     const struct arm_client *client = context;

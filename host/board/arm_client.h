@@ -13,7 +13,7 @@ struct arm_client {
     struct dialogue *dialogue;
     bool landing_known, box_state_known;
     bool landing_state_received; /* a landing state was received since the command was sent */
-    /* landing states: the one that the command is to reach, and the one before the command */
+    /* landing state that the command requests, and landing state before the command */
     unsigned wanted_state, previous_state;
     struct mr_landing landing; /* newest state of the landing */
     /* state of the black box, reported if it is the reason why arming was refused */

@@ -12,9 +12,11 @@
 
 #define FORMAT_VERSION    1
 #define TEXT_BYTES_MAX    65536u
-/* time limit for the first line: a reset takes 1 s, or 10 s on a busy emulator */
+/* time limit for the first line: after a reset the board takes 1 s, an emulated board on a busy
+ * computer 10 s */
 #define ANSWER_TIMEOUT_S  15.0
-/* time limit between two lines: watchdog test, memory erasure and flash are slow */
+/* time limit between two lines, long enough for the watchdog test and for erasing memory and
+ * flash */
 #define SILENCE_TIMEOUT_S 30.0
 #define TOTAL_TIMEOUT_S   120.0
 #define RESEND_INTERVAL_S 3.0
@@ -40,7 +42,8 @@ static enum mr_status parse_line(struct bringup *b, const char *line, size_t len
     l->is_absent = strcmp(l->value, "none") == 0;
     l->number = strncmp(l->value, "0x", 2) == 0 ? (double)strtoul(l->value, &end, 16)
                                                 : strtod(l->value, &end);
-    if (*end || end == l->value || !isfinite(l->number)) /* nan and inf are words, not numbers */
+    /* "nan" and "inf" are treated as words, not as numbers */
+    if (*end || end == l->value || !isfinite(l->number))
         l->number = (double)NAN;
     b->line_count++;
     return MR_OK;
@@ -147,7 +150,9 @@ struct receiver {
     char text[TEXT_BYTES_MAX + 1];
     size_t text_length;
     double received_s, started_s, sent_s;
-    size_t ready_position; /* position of the "ready:" line after which the word was last sent */
+    /* length of the received text at the "ready:" line after which the command word was last
+     * sent */
+    size_t ready_position;
     size_t received_byte_count; /* total of received bytes */
 };
 
@@ -162,7 +167,7 @@ static const char *find_line(const char *text, const char *word)
     return NULL;
 }
 
-/* Returns the section only when it is complete: another section may come first. */
+/* Returns the section once it is complete. Skips another section that precedes it. */
 static const char *find_complete_section(struct receiver *l, const char *section)
 {
     char begin[64], end[64];
@@ -180,7 +185,7 @@ static bool has_section_begun(const struct receiver *l, const char *section)
     return find_line(l->text, begin) != NULL;
 }
 
-/* At a wrong baud rate most bytes are not printable. */
+/* Returns false if most bytes are not printable, as at a wrong baud rate. */
 static bool has_received_text(const struct receiver *l)
 {
     size_t others = 0;
@@ -245,14 +250,14 @@ static void discard_noise(struct receiver *l)
     }
 }
 
-/* A command word is lost while the board resets or before its program runs. It is sent again
- * after "ready:" or after silence, but not once the section has begun: every copy would be
- * executed. */
+/* Sends the command word again if it may have been lost: while the board resets, or before its
+ * program runs. It is sent again after "ready:" or after silence, but never once the section has
+ * begun, because the board executes every copy. */
 static enum mr_status resend_if_due(struct receiver *l, struct link *link, const char *section,
                                     struct error *error)
 {
     char word[32];
-    /* the leading newline ends a partial line on the board */
+    /* The leading newline ends any partial line that the board has received. */
     snprintf(word, sizeof word, "\n%s\n", section);
     if (has_section_begun(l, section))
         return MR_OK;
@@ -273,15 +278,15 @@ static enum mr_status resend_if_due(struct receiver *l, struct link *link, const
 static bool has_timed_out(const struct receiver *l)
 {
     double now_s = monotonic_s();
-    /* another section began; the requested one follows */
+    /* a section has begun; if it is another one, the requested one follows */
     bool begun = find_line(l->text, "begin ") != NULL;
-    bool is_alive = begun || has_received_text(l); /* the board is slow but alive */
+    bool is_alive = begun || has_received_text(l); /* the board is slow but still sends */
     return now_s - (is_alive ? l->received_s : l->started_s) >
                (begun ? SILENCE_TIMEOUT_S : ANSWER_TIMEOUT_S) ||
            now_s - l->started_s > TOTAL_TIMEOUT_S || l->text_length == TEXT_BYTES_MAX;
 }
 
-/* Waits for the whole of `section`; if it is NULL, for the line `answer`. */
+/* Waits for the complete section, or, if `section` is NULL, for the line `answer`. */
 static enum mr_status wait_for_section(struct receiver *l, struct link *link, const char *section,
                                        const char *answer, const char **from, struct error *error)
 {
@@ -298,7 +303,7 @@ static enum mr_status wait_for_section(struct receiver *l, struct link *link, co
                              link_spec(link));
         if (status == MR_CLOSED && link_is_recorded(link))
             return find_line(l->text, "begin ")
-                     /* an incomplete section is left to bringup_parse, which reports the error */
+                     /* return an incomplete section too: bringup_parse reports what is missing */
                      ? MR_OK
                      : error_set(error, MR_MALFORMED,
                                  "the file contains no output of a bring-up image: %s; give the "
@@ -398,7 +403,8 @@ static bool limit_matches_name(const struct bringup_limit *limit, const char *na
                                          : strcmp(limit->name, name) == 0;
 }
 
-/* A line with the value `none` may name a whole group: `noise none` means all noise_ lines. */
+/* Finds the limit for a line. A line with the value `none` may stand for a whole group: `noise
+ * none` covers all noise_ lines. */
 static const struct bringup_limit *find_limit(unsigned section, const struct bringup_line *line)
 {
     for (size_t i = 0; i < LIMIT_COUNT; i++) {

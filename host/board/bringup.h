@@ -1,5 +1,5 @@
-/* Bring-up of a new board: the values that its bring-up image reports, and whether they are within
- * limits. */
+/* Bring-up of a new board: reads the values that its bring-up image reports, and checks them
+ * against limits. */
 #ifndef MATRIG_HOST_BOARD_BRINGUP_H
 #define MATRIG_HOST_BOARD_BRINGUP_H
 
@@ -20,12 +20,12 @@
 struct bringup_line {
     char name[BRINGUP_NAME_SIZE], value[BRINGUP_VALUE_SIZE], unit[BRINGUP_NAME_SIZE];
     double number;  /* NaN: the value is a word or missing */
-    bool is_absent; /* the part is not fitted or did not answer */
+    bool is_absent; /* the board reports that the part is not fitted or did not answer */
 };
 
 struct bringup {
     char section[BRINGUP_NAME_SIZE];
-    /* from the line `begin` to the end of the line `end`, as received; freed by bringup_free */
+    /* received text from the line `begin` to the end of the line `end`; freed by bringup_free */
     char *text;
     size_t length;
     size_t line_count;
@@ -36,8 +36,8 @@ struct bringup {
  * MR_CRC: wrong checksum. MR_VERSION: unknown format. MR_MALFORMED: `error` names the line. */
 enum mr_status bringup_parse(struct bringup *bringup, const char *text, size_t length,
                              struct error *error);
-/* Requests a section and reads it; from a recorded link, reads the first such section. MR_TIMEOUT:
- * no answer. Other statuses as bringup_parse and those of the link. */
+/* Requests a section from the board and reads it; from a recorded link, reads the first section of
+ * that name. MR_TIMEOUT: no answer. Other statuses as bringup_parse and those of the link. */
 enum mr_status bringup_request(struct bringup *bringup, struct link *link, const char *section,
                                struct error *error);
 /* Makes the board start the boot ROM of its processor. Statuses as bringup_request. */
@@ -52,8 +52,9 @@ enum bringup_verdict { BRINGUP_OK, BRINGUP_SUSPECT, BRINGUP_WRONG };
 
 struct bringup_limit {
     unsigned section_bits; /* bit mask of the sections to which the limit applies */
-    const char *name;      /* a * at the end matches all names with this beginning */
-    const char *words;     /* allowed words; "": any word; NULL: a number from min to max */
+    /* name of a line; a * at the end matches all names with this beginning */
+    const char *name;
+    const char *words; /* allowed words; "": any word; NULL: a number from min to max */
     double min, max;
     /* Limit computed for this board; NULL: the limit is the same for all boards. */
     double (*board_value)(const struct mr_board *board);
@@ -63,9 +64,10 @@ struct bringup_limit {
 
 struct bringup_result {
     const char *name;
-    const struct bringup_line *line;   /* the line that the board reported; NULL: not reported */
+    const struct bringup_line *line;   /* the reported line; NULL: the board did not report it */
     const struct bringup_limit *limit; /* NULL: there is no limit for this name */
-    double min, max;                   /* limits for this board; NaN: the board is not known */
+    /* limits for this board; NaN: no limits, because the board type is not known */
+    double min, max;
     enum bringup_verdict verdict;
 };
 

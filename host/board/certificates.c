@@ -105,7 +105,8 @@ enum mr_status certificates_parse(const char *text, struct store_certificate *ro
                                   struct error *error)
 {
     char *copy = xstrdup(text), *rest = NULL;
-    unsigned seen = 2; /* bit 1: the laboratory is optional and therefore counts as present */
+    /* bit n: key n was given. Bit 1 (laboratory) is set from the start, because it is optional. */
+    unsigned seen = 2;
     for (char *part = strtok_r(copy, ",", &rest); part && error->status == MR_OK;
          part = strtok_r(NULL, ",", &rest)) {
         char *equals = strchr(part, '=');

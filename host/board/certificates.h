@@ -22,9 +22,9 @@ enum mr_status certificates_read(struct store *store, const char *board_uid,
                                  struct certificates *certificates, struct error *error);
 /* Parses the text that a person enters: "number=2026-4711, laboratory=Metrology Lab,
  * calibrated=2026-03-02, due=2027-03-01, uncertainty=0.4%, coverage=2". `laboratory` is optional;
- * `due` may be "never"; `uncertainty` is expanded, in in or lb, with a unit, or in percent of the
- * reading; `coverage` is its coverage factor. Sets all fields of `row` except board, sensor and
- * time; the caller sets row->index. MR_USAGE: the text is invalid. */
+ * `due` may be "never"; `uncertainty` is the expanded uncertainty: a length or force with its unit,
+ * or percent of the reading. `coverage` is its coverage factor. Sets all fields of `row` except
+ * board, sensor and time; the caller sets row->index. MR_USAGE: the text is invalid. */
 enum mr_status certificates_parse(const char *text, struct store_certificate *row,
                                   struct error *error);
 /* Compares a certificate with its channel in the board's configuration at the Unix time `now_s`. */

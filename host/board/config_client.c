@@ -55,9 +55,10 @@ bool config_words_add(struct config_words *words, const struct mr_config_image *
 
 /* ---- reading and changing ---- */
 
-#define WINDOW_TIMEOUT_S 2.0 /* time after which a window of words is sent again */
-#define WINDOW_WORDS     16u /* words in a window, which must fit into the board's queues */
-#define ATTEMPTS_MAX     6   /* attempts to request missing words, or to send words again */
+#define WINDOW_TIMEOUT_S 2.0 /* time after which an unanswered window of words is sent again */
+/* words in a window (words sent without waiting for an answer); must fit into the board's queues */
+#define WINDOW_WORDS     16u
+#define ATTEMPTS_MAX     6 /* attempts to request missing words, or to send words again */
 
 static enum mr_status handle_message(void *context, const struct dialogue_message *message,
                                      struct error *error)
@@ -135,7 +136,7 @@ static enum mr_status request_words(struct config_client *client, struct error *
         status = dialogue_wait_while_receiving(client->dialogue, dialogue_is_flag_set,
                                                &client->words.has_last_word,
                                                &client->received_count, WINDOW_TIMEOUT_S, error);
-    /* the caller requests missing words again */
+    /* MR_TIMEOUT is no failure here: the caller requests missing words again */
     if (status == MR_TIMEOUT && error->status == MR_OK)
         status = MR_OK;
     if (status == MR_OK && client->words.count && client->words.count != MR_CONFIG_WORDS)
@@ -179,7 +180,7 @@ enum mr_status config_client_begin_and_get(struct config_client *client, struct 
                                            struct error *error)
 {
     enum mr_status status = config_client_begin(client, dialogue, error);
-    /* a finished landing is stored already, so disarming is safe */
+    /* a finished landing is already stored, so disarming loses no data */
     if (status == MR_OK && dialogue->identity.hello.state == MR_LANDING_DONE)
         status = dialogue_execute(
             dialogue,
@@ -217,7 +218,7 @@ static enum mr_status send_window(struct config_client *client, const uint8_t *i
     if (status == MR_OK)
         status = dialogue_wait_until(client->dialogue, dialogue_is_flag_set, &client->is_staged,
                                      WINDOW_TIMEOUT_S, error);
-    /* the caller sends them again */
+    /* MR_TIMEOUT is no failure here: the caller sends the words again */
     return status == MR_TIMEOUT && error->status == MR_OK ? MR_OK : status;
 }
 
@@ -270,11 +271,11 @@ enum mr_status config_client_set(struct config_client *client, const struct mr_c
     static uint8_t image[MR_CONFIG_IMAGE_BYTES];
     struct mr_ack ack;
     uint32_t crc = mr_config_encode(config, image);
-    /* a new tag, because another program may have left words staged */
+    /* Use a new tag: words of another program with the old tag may still be staged on the board. */
     client->tag = dialogue_next_tag(client->dialogue);
     enum mr_status status = send_words(client, image, error)
                               ?: send_command(client, MR_COMMAND_CONFIG_APPLY, crc, &ack, error);
-    /* the board sends its answer still at the old CAN base */
+    /* the board sends this answer from the old CAN base and then uses the new one */
     if (status == MR_OK && ack.status == MR_OK)
         dialogue_set_base(client->dialogue, config->site[0].can_base);
     if (status != MR_OK || ack.status == MR_OK)

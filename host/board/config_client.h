@@ -1,4 +1,4 @@
-/* The configuration of a board, over CAN or serial: its words, reading it, changing it. */
+/* Configuration of a board over CAN or serial: its words, and how to read and change it. */
 #ifndef MATRIG_HOST_BOARD_CONFIG_CLIENT_H
 #define MATRIG_HOST_BOARD_CONFIG_CLIENT_H
 
@@ -14,15 +14,15 @@ struct config_words {
     uint8_t image[MR_CONFIG_IMAGE_BYTES];
     uint8_t is_present[MR_CONFIG_WORDS];
     unsigned count; /* number of words in the board's configuration; 0: none received */
-    /* the last word, which ends the sequence, was received; the caller resets this flag */
+    /* the last word of the sequence was received; the caller resets this flag */
     bool has_last_word;
 };
 
-/* Adds the word of a message. A word of a configuration with another layout is ignored. An all-zero
- * struct has no words. */
+/* Adds the word of a message. A word of a configuration with another layout is ignored. A zeroed
+ * struct contains no words. */
 void config_words_receive(struct config_words *words, const uint8_t *bytes, size_t length);
-/* Adds a word of a sequence that the board sends without a request. Returns true if the word was
- * the last one and `*config` is now the whole configuration. */
+/* Adds a word that the board sends unasked. Returns true if it was the last word of the sequence
+ * and `*config` now has the whole configuration. */
 bool config_words_add(struct config_words *words, const struct mr_config_image *word,
                       struct mr_config *config);
 /* Returns the index of the first missing word, to be requested next; MR_CONFIG_WORDS: all words

@@ -19,9 +19,10 @@
 #define S_PER_DAY 86400
 #define BLANKS    " \t\r"
 
-/* ---- one field ---- */
+    /* ---- one field ---- */
 
-static const struct mr_config_field *get_field_info(struct config_field_ref at)
+    static const struct mr_config_field *
+    get_field_info(struct config_field_ref at)
 {
     return &mr_config_groups[at.group].fields[at.field];
 }
@@ -196,7 +197,7 @@ static bool is_reason_field_known(const struct mr_config_reason *r)
            r->field < mr_config_groups[r->group].field_count;
 }
 
-/* Finds the other field that the reason refers to. */
+/* Finds the field with which the refused field conflicts. */
 static bool find_conflicting_field(const struct mr_config_reason *r, struct config_field_ref *other)
 {
     *other = (struct config_field_ref){r->group, r->index, r->field};
@@ -351,7 +352,9 @@ static void write_legend(FILE *file, unsigned group)
         const struct field_text *w = &field_texts[group][f];
         const struct mr_config_field *field = &mr_config_groups[group].fields[f];
         bool day = is_date_field(field);
-        if (day) /* dates are YYYY-MM-DD in the text and numbers of days in the configuration */
+        /* The text has dates as YYYY-MM-DD, the configuration as numbers of days since
+         * 1970-01-01. */
+        if (day)
             fprintf(file, "#     %-18s YYYY-MM-DD or never: %.*s\n", field->name,
                     (int)strcspn(w->text, ",;"), w->text);
         else
@@ -548,7 +551,7 @@ static bool read_integer(const struct mr_config_field *field, const char *p, voi
     return true;
 }
 
-/* Reads the value of a field. mr_config_check, not this function, checks the limits of reals. */
+/* Reads the value of a field. Limits of reals are not checked here but by mr_config_check. */
 static bool read_value(const struct mr_config_field *field, const char *p, void *bytes)
 {
     if (field->type == MR_CONFIG_TYPE_TEXT)
@@ -590,7 +593,8 @@ static enum mr_status read_line(struct reader *r, const char *p)
     return MR_OK;
 }
 
-/* Older configurations lack the fields of brake and wheel, which are then not fitted. */
+/* True for the fields of brake and wheel, which older configurations lack: these parts are then not
+ * fitted. */
 static bool is_field_optional(struct config_field_ref at)
 {
     return at.group == MR_GROUP_site && at.field >= MR_FIELD_site_brake_edge;

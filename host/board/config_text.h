@@ -15,7 +15,7 @@
 #define CONFIG_FIELD_VALUE_SIZE 200u /* length of a value as text and its terminating zero */
 
 struct config_field_ref {
-    unsigned group, index, field; /* indexes from 0 */
+    unsigned group, index, field; /* positions in the field table, from 0 */
 };
 
 #define CONFIG_DATE_SIZE 11 /* length of "2026-03-14" and its terminating zero */
@@ -34,7 +34,7 @@ void config_date_text(uint32_t days, char out[CONFIG_DATE_SIZE]);
  * those of the gages, [23] is the staircase, [24] the reference; gate[1] is the first switch. Reals
  * are decimal numbers or `missing`; several reals are separated by blanks. Texts are in double
  * quotes, with \" and \\ as escapes. Days are YYYY-MM-DD or `never`. Each field must occur exactly
- * once, in any order. A written text reads back bit for bit. */
+ * once, in any order. Reading a written text gives exactly the same configuration. */
 /* Writes the configuration as text, which the caller frees. */
 char *config_text_write(const struct mr_config *config);
 /* Reads a text and checks it (mr_config_check). `name` is the file's name for the error message,
@@ -44,7 +44,7 @@ enum mr_status config_text_read(const char *text, const char *name, struct mr_co
 /* As config_text_read, from a file. MR_IO: the file cannot be read. */
 enum mr_status config_text_load(const char *path, struct mr_config *config, struct error *error);
 
-/* Returns the fitted sensors without a calibration date as a bit mask by channel index. */
+/* Returns a bit mask, by channel index, of the fitted sensors without a calibration date. */
 uint32_t config_text_undated_channels(const struct mr_config *config);
 
 /* Writes the reason why a configuration is refused: "channel[3].number is 2, which channel[1] has;

@@ -19,10 +19,11 @@
 #define CAN_FRAMES_PER_RECEIVE      64
 /* the board sends the key state within this time after a hello */
 #define KEY_STATE_AFTER_HELLO_S     0.2
-#define KEY_STATE_TIMEOUT_S         1.5 /* longer than the 1 s between two hellos or two nonces */
+/* longer than the 1 s that the board waits between two hellos or two nonces */
+#define KEY_STATE_TIMEOUT_S         1.5
 /* number of tries per command, because another program may use the nonce first */
 #define PROOF_TRIES_MAX             3u
-/* additional receptions after a deadline, as long as received data is still unread */
+/* maximum number of extra receptions after a deadline, to read data that had already arrived */
 #define RECEIVES_AFTER_DEADLINE_MAX 16
 
 /* ---- identity ---- */
@@ -124,7 +125,7 @@ void dialogue_begin(struct dialogue *dialogue, struct link *can, struct link *se
     *dialogue = (struct dialogue){.now_s = monotonic_s,
                                   .link = {[LINK_CAN] = can, [LINK_SERIAL] = serial}};
     dialogue->kind = serial ? LINK_SERIAL : LINK_CAN;
-    /* unlikely to be the tag of another program */
+    /* start value that another program is unlikely to use as its tag */
     dialogue->tag = (uint16_t)(link_now_us() / 1000u);
     mr_deframer_init(&dialogue->deframer);
 }
@@ -163,7 +164,8 @@ struct dialogue *dialogue_open_for_command(const char *can, const char *serial)
 {
     struct error error = {0};
     atexit(close_command_dialogue);
-    /* error_set exits; close_command_dialogue then closes a link opened before the error */
+    /* On failure error_set ends the program, and close_command_dialogue (called at exit) closes a
+     * link that is already open. */
     if (dialogue_open(&command_dialogue, can, serial, &error) != MR_OK)
         error_set(fatal, error.status, "%s", error.text);
     return &command_dialogue;
@@ -228,7 +230,7 @@ static enum mr_status handle_message(struct dialogue *dialogue,
     return status;
 }
 
-/* MR_TOO_FEW: no data is waiting. */
+/* Receives serial data. MR_TOO_FEW: none is waiting. */
 static enum mr_status receive_serial(struct dialogue *dialogue, bool *received, struct error *error)
 {
     uint8_t bytes[SERIAL_BYTES_PER_RECEIVE];
@@ -403,7 +405,8 @@ bool dialogue_is_repeatable_command(unsigned code)
     case MR_COMMAND_RUNWAY_JOINTS:
     case MR_COMMAND_RUNWAY_WORD: return true;
     default:
-        /* a second copy would be refused, end something twice, or make a second mark or picture */
+        /* not repeatable: a second copy would be refused, end something twice, or make a second
+         * mark or picture */
         return false;
     }
 }
@@ -425,8 +428,8 @@ enum mr_status dialogue_send(struct dialogue *dialogue, uint16_t id, const uint8
     return link_send_message(link, link_base(link), dialogue->seq++, id, payload, length, error);
 }
 
-/* Sends the proof of a command, if the board needs one, before the command. `within_s`: time
- * limit for the state of the board's key. */
+/* Sends the proof (authentication code) that must precede a command if the board requires it.
+ * `within_s`: time limit for receiving the state of the board's key. */
 static enum mr_status send_proof(struct dialogue *dialogue, const uint8_t *command, double within_s,
                                  bool *proven, struct error *error)
 {
@@ -439,7 +442,8 @@ static enum mr_status send_proof(struct dialogue *dialogue, const uint8_t *comma
     enum mr_status status = dialogue_wait_until(dialogue, dialogue_is_flag_set,
                                                 &identity->key_known, within_s, error);
     if (status != MR_OK || identity->key.state != MR_KEY_SET || !identity->image_known)
-        return status == MR_TIMEOUT ? MR_OK : status; /* the board's answer shows what is missing */
+        /* on a timeout, continue: the board's answer to the command shows what is missing */
+        return status == MR_TIMEOUT ? MR_OK : status;
     status = dialogue_wait_until(dialogue, dialogue_is_flag_set, &identity->nonce_known,
                                  KEY_STATE_TIMEOUT_S, error);
     identity_uid_text(identity, uid);
@@ -511,7 +515,9 @@ enum mr_status dialogue_send_command(struct dialogue *dialogue,
     dialogue->awaits_answer = false;
     if (status == MR_TIMEOUT && error->status == MR_OK && request->was_executed &&
         request->was_executed(request->context))
-        status = MR_OK; /* only the answer was lost: returns the expected one, with status 0 */
+        /* The command was executed and only the answer was lost: return the expected answer, with
+         * status 0. */
+        status = MR_OK;
     *answer = dialogue->answer;
     return status;
 }

@@ -41,29 +41,30 @@
     10.0 /* time limit for a hello, which a board sends once a second */
 /* time limit for an answer; the slowest command, a shunt calibration, takes 0.9 s */
 #define DIALOGUE_ANSWER_TIMEOUT_S 10.0
-#define DIALOGUE_RECEIVE_MAX_S    0.1 /* longest duration of one call of dialogue_receive */
+/* upper limit for the duration of one call of dialogue_receive */
+#define DIALOGUE_RECEIVE_MAX_S    0.1
 #define DIALOGUE_SUBSCRIBERS_MAX  4u
 
-/* A board's messages about itself and its image, sent once a second: hello and the messages after
- * it. */
+/* Identity of a board and its image, from the hello and the messages that follow it once a
+ * second. */
 #define IDENTITY_UID_SIZE 25 /* 24 hexadecimal digits and the terminating zero */
 
 struct identity {
     bool hello_known;
     struct mr_hello hello;
     uint32_t uid[3];
-    bool image_known;   /* the last word of uid and image_crc are known */
+    bool image_known;   /* uid and image_crc are complete (their last words were received) */
     uint32_t image_crc; /* CRC of the program, as the board computed it at start */
     bool commit_known;  /* commit and header are known */
     struct mr_image_commit commit;
     struct mr_image_header header;
     bool board_known;
-    /* type of the board (common/boards.def); sent a little later than the other fields */
+    /* type of the board (common/boards.def); received a little later than the other fields */
     uint8_t board_type;
     bool key_known;
-    struct mr_bus_key key; /* whether commands need a proof; sent last */
+    struct mr_bus_key key; /* states whether commands need a proof; received last */
     bool nonce_known;
-    uint8_t nonce[MR_PROOF_BYTES]; /* newest nonce */
+    uint8_t nonce[MR_PROOF_BYTES]; /* newest nonce of the board, for the next proof */
 };
 
 /* Updates the identity from a message; messages of other kinds change nothing. */
@@ -88,8 +89,8 @@ struct dialogue_message {
     uint64_t host_us; /* Unix time of reception, microseconds */
 };
 
-/* Receives one message. Any status except MR_OK ends the current wait with that status; the
- * function sets `error` then. It must not wait or send commands. */
+/* Receives one message. A status other than MR_OK ends the current wait with that status; the
+ * function must have set `error`. It must not wait or send commands. */
 typedef enum mr_status dialogue_handler(void *context, const struct dialogue_message *message,
                                         struct error *error);
 
@@ -100,8 +101,9 @@ typedef bool dialogue_condition(const void *context);
 struct dialogue {
     /* built from the board's messages about itself, since the beginning or since dialogue_reset */
     struct identity identity;
-    bool accepts_any_layout; /* set for flashing: a board with another layout is accepted too */
-    double (*now_s)(void);   /* the monotonic clock; a test may replace it */
+    /* set while flashing: a board with another message layout is accepted too */
+    bool accepts_any_layout;
+    double (*now_s)(void); /* the monotonic clock; a test may replace it */
 
     /* the next fields are private */
     struct link *link[LINK_KINDS];
@@ -114,15 +116,16 @@ struct dialogue {
     } subscriber[DIALOGUE_SUBSCRIBERS_MAX];
     unsigned subscriber_count;
     bool awaits_answer, is_answered;
-    struct mr_ack answer; /* first the code and tag of the awaited answer, then the answer */
+    /* before the answer arrives: code and tag of the command; then the answer */
+    struct mr_ack answer;
 };
 
 /* Opens the links. `can` and `serial` are LINK texts; NULL: not used; at least one is required.
  * After a failure nothing is open. */
 enum mr_status dialogue_open(struct dialogue *dialogue, const char *can, const char *serial,
                              struct error *error);
-/* As dialogue_open, for a command that runs once with one dialogue: any failure ends the program,
- * and the dialogue is closed at exit. */
+/* As dialogue_open, for a command that needs one dialogue until the program ends: any failure ends
+ * the program, and the dialogue is closed at exit. */
 struct dialogue *dialogue_open_for_command(const char *can, const char *serial);
 /* As dialogue_open, with open links; the dialogue takes ownership of them. */
 void dialogue_begin(struct dialogue *dialogue, struct link *can, struct link *serial);
@@ -135,34 +138,34 @@ const char *dialogue_spec(const struct dialogue *dialogue);
 /* Returns the time of the clock that deadlines use, s. */
 double dialogue_now_s(const struct dialogue *dialogue);
 
-/* Calls `handle` for every later message, after the dialogue itself and earlier subscribers.
- * `context` belongs to the caller and must exist as long as the dialogue is used. There is room for
- * DIALOGUE_SUBSCRIBERS_MAX subscribers. */
+/* Calls `handle` for every later message, after the dialogue has processed it and after earlier
+ * subscribers. `context` belongs to the caller and must exist as long as the dialogue is used. At
+ * most DIALOGUE_SUBSCRIBERS_MAX subscribers. */
 void dialogue_subscribe(struct dialogue *dialogue, dialogue_handler *handle, void *context);
-/* Resets the identity; called when the board restarts or another board is expected. The board must
- * send its identity again. */
+/* Resets the identity, which the board must then send again. Call it when the board restarts or
+ * another board is expected. */
 void dialogue_reset(struct dialogue *dialogue);
 
 /* Sets the CAN base that the board uses from now on (common/canbase.h). */
 void dialogue_set_base(struct dialogue *dialogue, uint16_t base);
 
-/* Reads messages for at most `most_s` and at most DIALOGUE_RECEIVE_MAX_S. Returns MR_OK also if
- * there are none. For callers that also wait for other inputs. */
+/* Reads messages for at most `most_s`, and never longer than DIALOGUE_RECEIVE_MAX_S. Returns MR_OK
+ * even if no message arrives. For callers that also wait for other inputs. */
 enum mr_status dialogue_receive(struct dialogue *dialogue, double most_s, struct error *error);
-/* Reads the board's messages until `done`, for at most `within_s`. MR_OK: done; MR_TIMEOUT: not
- * done in time. */
+/* Reads the board's messages until `done` returns true, for at most `within_s`. MR_TIMEOUT: it did
+ * not return true in time. */
 enum mr_status dialogue_wait_until(struct dialogue *dialogue, dialogue_condition *done,
                                    const void *context, double within_s, struct error *error);
-/* As dialogue_wait_until, but `within_s` starts again whenever `*progress` has changed. For answers
- * of many messages. */
+/* As dialogue_wait_until, but the limit `within_s` starts again whenever `*progress` has changed.
+ * For answers that consist of many messages. */
 enum mr_status dialogue_wait_while_receiving(struct dialogue *dialogue, dialogue_condition *done,
                                              const void *context, const size_t *progress,
                                              double within_s, struct error *error);
 /* A `done` function for a `bool` that a subscriber sets. */
 bool dialogue_is_flag_set(const void *flag);
-/* Reads messages until the board's hello and `done` (NULL: only the hello), for at most
- * DIALOGUE_HELLO_TIMEOUT_S. MR_TIMEOUT or MR_IO: no hello; `error` describes what was received
- * instead, with advice. */
+/* Reads messages until the board's hello has arrived and `done` returns true (NULL: only the
+ * hello), for at most DIALOGUE_HELLO_TIMEOUT_S. MR_TIMEOUT or MR_IO: no hello; `error` describes
+ * what was received instead, with advice. */
 enum mr_status dialogue_wait_for_hello(struct dialogue *dialogue, dialogue_condition *done,
                                        const void *context, struct error *error);
 /* Reads messages until the board has sent its identity and that of its image, for at most
@@ -177,9 +180,9 @@ enum mr_status dialogue_wait_for_identity(struct dialogue *dialogue, double with
  *
  * If no answer arrives, either the command or the answer was lost. A command that may be executed
  * twice (dialogue_is_repeatable_command) is sent again with the same tag, and an answer to either
- * copy is accepted. Any other command is sent once, whatever `tries_max` is, because a second
- * arming would be refused due to the first. The board's state is used instead: `was_executed`
- * decides whether the state shows that the command was executed. */
+ * copy is accepted. Any other command is sent once, whatever `tries_max` is, because the board
+ * would refuse, for example, to arm a second time. Instead, `was_executed` decides from the board's
+ * state whether the command was executed. */
 struct dialogue_command {
     uint8_t code; /* MR_COMMAND_... */
     uint8_t index;

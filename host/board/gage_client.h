@@ -12,15 +12,16 @@
 /* Results of a shunt calibration as a board sends them: the result of each gage, followed by its
  * change since the last calibration. */
 struct shunts {
-    bool has_begun; /* a calibration began during this dialogue; earlier results are ignored */
+    /* a calibration has begun in this dialogue; results that arrive earlier are ignored */
+    bool has_begun;
     unsigned count;
     struct mr_shunt_result result[MR_GAGES];
     /* change since the previous calibration; NaN: not reported */
     struct mr_shunt_check check[MR_GAGES];
 };
 
-/* Updates the results from a message; messages of other kinds change nothing. An all-zero struct
- * has no results. */
+/* Updates the results from a message; messages of other kinds change nothing. A zeroed struct
+ * contains no results. */
 void shunts_receive(struct shunts *shunts, uint32_t id, const uint8_t *bytes, size_t length);
 
 /* Returns the verdict of a shunt calibration as text; STORE_NONE: "not calibrated". Static
@@ -30,7 +31,8 @@ const char *shunts_verdict_text(int64_t verdict);
 /* A client that makes a board measure the zeros of its channels or calibrate its gages with the
  * shunt. */
 struct gage_client {
-    /* MR_OK: all good; MR_LIMIT: the results show which channel is outside its limit */
+    /* MR_OK: all channels are good; MR_LIMIT: the results show which channel is outside its
+     * limit */
     struct mr_ack ack;
     struct shunts shunts;
     struct mr_zero_result zero[MR_CHANNELS];

@@ -16,7 +16,7 @@ bool crash_receive(struct crash_report *report, const struct mr_crash *message)
     if (message->item >= MR_CRASH_ITEM_COUNT || message->items != MR_CRASH_ITEM_COUNT)
         return false;
     if (message->item == 0 ||
-        message->age != report->restart_count) /* the word begins a new report */
+        message->age != report->restart_count) /* this word is the first of a new report */
         *report = (struct crash_report){.restart_count = message->age};
     bool whole = report->present_bits == ALL_CRASH_WORDS;
     report->word[message->item] = message->value;
@@ -76,7 +76,7 @@ static void add_crash(const struct crash_report *report, struct answer *answer)
         flag = true;                                      \
     break
 
-/* Discards received values, after a restart or before a new request. */
+/* Discards received values. Used after a restart and before a new request. */
 static void discard_state(struct health_client *client)
 {
     client->restarts_known = client->upkeep_known = client->alarm_known = client->drops_known =
@@ -162,7 +162,7 @@ static void health_client_receive(struct health_client *client)
 {
     discard_state(client);
     send_command(client, MR_COMMAND_STATE);
-    /* two hellos span a whole second of board time, in which the board reports everything */
+    /* Between two hellos the board reports everything once. */
     wait_for_hello(client, client->hello_count + 2);
     if (dialogue_wait_until(client->dialogue, has_all_messages, client, ANSWER_TIMEOUT_S, fatal) ==
         MR_TIMEOUT)
@@ -186,7 +186,7 @@ static void health_client_reset(struct health_client *client)
     send_command(client, MR_COMMAND_RESET);
     unsigned hellos = client->hello_count;
     double until_s = dialogue_now_s(client->dialogue) + ANSWER_TIMEOUT_S;
-    /* a hello sent before the reset still has the old reset cause */
+    /* ignore a hello sent before the reset: it has the cause of an earlier reset */
     while (dialogue_now_s(client->dialogue) < until_s) {
         wait_for_hello(client, ++hellos);
         if ((client->hello.reset_cause & 5u) == 4u)

@@ -35,7 +35,7 @@ void crash_headline(const struct crash_report *report, char *out, size_t size);
  * messages about health. */
 struct health_client {
     struct dialogue *dialogue;
-    unsigned hello_count, hellos_wanted; /* number of received and of awaited hellos */
+    unsigned hello_count, hellos_wanted; /* number of hellos received, and number to wait for */
     bool self_test_done, crash_reported;
     bool restarts_known, upkeep_known, alarm_known, drops_known, health_known;
     struct mr_hello hello; /* newest hello */
@@ -49,8 +49,8 @@ struct health_client {
     struct crash_report crash;
 };
 
-/* Runs matrig board health | self-test | reset. Returns the exit code; 1: the board found a fault
- * in itself. An error ends the program. */
+/* Runs matrig board health | self-test | reset. Returns the exit code; 1: the board reports a
+ * fault. An error ends the program. */
 int health_run(struct dialogue *dialogue, const char *verb, const struct cli *cli);
 
 #endif

@@ -42,7 +42,7 @@ static enum mr_status read_source(struct image_source *source, struct error *err
     return MR_OK;
 }
 
-/* Adds one byte. `place`: the position in the file, for error messages. */
+/* Adds one byte to the image. `place`: its position in the file, for error messages. */
 static enum mr_status add_byte(struct imagefile *image, uint64_t address, uint8_t byte,
                                const char *place, struct error *error)
 {

@@ -4,8 +4,8 @@
  *     .elf  the contents of its loadable segments for flash (recognised by its first bytes)
  *     .bin  flash from 0x08000000 on (recognised by its name)
  *
- * An image must not contain anything in the configuration's sectors; in a .bin they are 0xff. These
- * sectors, and 0xff bytes after vectors and header, are not written. */
+ * An image must not contain data in the configuration's sectors (in a .bin, all their bytes must be
+ * 0xff). These sectors, and 0xff bytes after vectors and header, are not written. */
 #ifndef MATRIG_HOST_BOARD_IMAGEFILE_H
 #define MATRIG_HOST_BOARD_IMAGEFILE_H
 

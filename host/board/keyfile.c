@@ -105,7 +105,7 @@ static void make_folder(void)
     keyfile_folder(path);
     for (char *slash = strchr(path + 1, '/'); slash; slash = strchr(slash + 1, '/')) {
         *slash = '\0';
-        (void)mkdir(path, 0700); /* an error shows later, when the key file is opened */
+        (void)mkdir(path, 0700); /* ignore an error: opening the key file then reports it */
         *slash = '/';
     }
     (void)mkdir(path, 0700);

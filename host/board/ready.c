@@ -16,7 +16,8 @@
 #include "host/calibrate/jump.h"
 
 #define BYTES_PER_MB 1e6
-/* REQUIRED: tested on every rig. LISTED_IF_PASSED: named in the value if passed. */
+/* REQUIRED: self-tests that every rig has. LISTED_IF_PASSED: self-tests that are named in the value
+ * only if passed. */
 #define SELF_TESTS_REQUIRED \
     (1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH | 1u << MR_SELF_TEST_REFERENCE)
 #define SELF_TESTS_LISTED_IF_PASSED \
@@ -191,8 +192,8 @@ static void judge_gains(const struct ready_facts *f, struct ready_report *report
     }
 }
 
-/* A bridge zero is valid for the temperature and the trim at which it was set. It must be
- * measured before the landing with the bands slack. */
+/* Checks the bridge zeros. A zero is valid only for the temperature and the trim at which it was
+ * measured. It must be measured before the landing, with the bands slack. */
 static void judge_zeros(const struct ready_facts *f, struct ready_report *report)
 {
     char is[UNIT_TEXT_SIZE];
@@ -290,7 +291,7 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
         mr_image_state_text(id->commit_known ? id->commit.state : (unsigned)MR_IMAGE_NONE));
 }
 
-/* Returns the CRC that the board must have for the expected configuration. */
+/* Returns the configuration CRC that the board should report. */
 static uint32_t get_expected_crc(const struct ready_facts *f)
 {
     static uint8_t image[MR_CONFIG_IMAGE_BYTES];
@@ -356,7 +357,8 @@ static void judge_key(const struct ready_facts *f, struct ready_report *report)
         who->key_known ? mr_key_state_text(who->key.state) : "not reported");
 }
 
-/* Checks the brown-out reset. Off, the factory setting, is go: supply dips are rare. */
+/* Checks the brown-out reset. The factory setting, off, is accepted, because supply dips are
+ * rare. */
 static void judge_brown_out(const struct ready_facts *f, struct ready_report *report)
 {
     bool set = f->restarts.brown_out > 0;
@@ -400,7 +402,7 @@ void ready_summarize_channel(const struct mr_config *config, const struct mr_blo
         channel->noise_codes = (float)sqrt(square / (valid - 1));
 }
 
-/* Formats a range, for example "100 +- 25 lb". */
+/* Formats a value with its tolerance, for example "100 +- 25 lb". */
 static const char *format_tolerance(const struct ready_facts *f, float wanted_lb, float by_lb,
                                     char out[UNIT_TEXT_SIZE])
 {
@@ -664,7 +666,7 @@ static void judge_faults(const struct ready_facts *f, struct ready_report *repor
     unsigned rising = 0, count = 0;
     bool rises[MR_FAULT_COUNT];
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
-        /* the self-test and the channels have separate checks */
+        /* the self-test and the channels have checks of their own */
         rises[i] = f->fault_rise[i] && i != MR_FAULT_SELFTEST && i != MR_FAULT_CHANNEL;
         count += f->fault[i].count != 0;
         rising += rises[i];

@@ -1,8 +1,8 @@
-/* Readiness before a landing: the facts about a board, its campaign and this computer, and whether
- * they are go or no-go; also the requests to a board over serial for these facts.
+/* Readiness check before a landing: collects facts about a board (requested over serial), its
+ * campaign and this computer, and decides go or no-go for each.
  *
- * Facts are the input, checks the output. Each check states its limit. A fact that could not be
- * determined gives a check "not done", which is not a no-go but is named in the verdict. */
+ * Each check states its limit. A fact that could not be determined gives a check "not done", which
+ * is not a no-go; the verdict then mentions it. */
 #ifndef MATRIG_HOST_BOARD_READY_H
 #define MATRIG_HOST_BOARD_READY_H
 
@@ -19,16 +19,16 @@
 #include "host/link/timemap.h"
 
 #define READY_CHECKS_MAX                96u
-/* noise limit of a block's mean; noise of 2 LSB per conversion gives 0.71 */
+/* largest standard deviation of block means; converter noise of 2 LSB per conversion gives 0.71 */
 #define READY_NOISE_MAX_CODES           3.0f
-/* Largest distance of a mat at rest from its zero; beyond it, the mat was not moved back after a
- * landing. */
+/* Largest distance of a mat at rest from its zero. A larger distance means that the mat was not
+ * moved back after a landing. */
 #define READY_REST_MAX_IN               0.25f
-#define READY_PRETENSION_TOLERANCE      0.10f /* relative tolerance of the mean of a band */
-#define READY_GAGE_PRETENSION_TOLERANCE 0.25f /* relative tolerance of each gage */
-/* relative change since the last stored calibration */
+#define READY_PRETENSION_TOLERANCE      0.10f /* relative tolerance of the mean tension of a band */
+#define READY_GAGE_PRETENSION_TOLERANCE 0.25f /* relative tolerance of the tension at each gage */
+/* largest accepted relative change since the last stored shunt calibration */
 #define READY_SHUNT_DRIFT_MAX           0.01f
-/* Limit of the staircase's level above its zero: below the step of any switch. */
+/* Largest level of the staircase signal above its zero, less than the step of any switch. */
 #define READY_STAIRCASE_MAX_CODES       8.0f
 /* limit of the sum of the errors of the board's crystal and this computer's clock */
 #define READY_CLOCK_ERROR_MAX_PPM       200.0
@@ -36,7 +36,7 @@
 #define READY_LANDING_BYTES             4.0e6
 /* number of landings for which there must be room on the disk */
 #define READY_FREE_LANDINGS_MIN         10.0
-/* number of readings for a check of a channel, if they arrive */
+/* number of block records that are awaited for the check of a channel */
 #define READY_BLOCKS_WANTED             100u
 #define READY_BLOCKS_MAX                256u
 
@@ -63,20 +63,20 @@ struct ready_channel {
     unsigned block_count, invalid_count;
     uint8_t validity; /* the last validity that was not MR_VALID */
     float mean; /* mean in in or lb; in codes for staircase and reference. NaN: no valid block */
-    float noise_codes; /* standard deviation of a block; NaN: fewer than two blocks */
+    float noise_codes; /* standard deviation within a block; NaN: fewer than two blocks */
 };
 
 struct ready_facts {
-    /* What to check, and the values to compare with. */
+    /* What is checked, and the values it is compared with. */
     uint32_t today_day; /* days since 1970-01-01 */
     int64_t now_s;      /* Unix time */
-    /* image to compare with; NULL: that of the campaign's last landing */
+    /* image that the board should run; NULL: the image of the campaign's last landing */
     const struct mr_image *image;
     const char *image_path;
     bool has_expected_crc;
     uint32_t expected_crc;
-    /* Configuration of a file, compared except for its revision, which increases when it is stored.
-     * NULL: the CRC is compared. */
+    /* Expected configuration from a file, compared except for its revision, which increases at
+     * every storing. NULL: only the CRC is compared. */
     const struct mr_config *expected_config;
     bool is_can_used;
     bool si; /* print quantities in SI units */
@@ -88,8 +88,8 @@ struct ready_facts {
     int64_t previous_run, previous_image_crc, previous_config_crc;
     float previous_span_lb[MR_GAGES]; /* last stored shunt calibration; NaN: none */
     struct certificates certificates; /* certificates of the board's sensors */
-    char database_fault[200];         /* fault of the database; empty: none */
-    bool database_checked;            /* all pages were checked within the time limit */
+    char database_fault[200];         /* fault found in the database; "": none */
+    bool database_checked;            /* all database pages were checked within the time limit */
     double free_bytes, landing_bytes;
 
     /* Facts about the board. */
@@ -97,9 +97,10 @@ struct ready_facts {
     uint32_t config_crc;
     struct mr_config config;
     struct mr_config_state config_state;
-    /* bit masks of channels: the zero was reported; the zero was measured since reset */
+    /* bit masks of channels: zero received from the board; zero measured since its reset */
     uint32_t zero_received_bits, zero_measured_bits;
-    unsigned block_count; /* number of received records; 0: no scans, or the board is not idle */
+    /* number of received block records; 0: the board does not scan its channels or is not idle */
+    unsigned block_count;
     unsigned lost_block_count; /* number of blocks that the board lost during the check */
     struct ready_channel channel[MR_CHANNELS];
     struct timemap_fit time_fit;
@@ -119,12 +120,13 @@ struct ready_facts {
     struct mr_can_alarm alarm;
     bool restarts_known;
     struct mr_restarts restarts;
-    /* numbers of frames of this board, or of another board at its base */
+    /* numbers of CAN frames of this board: received, lost, dropped; also of another board at its
+     * CAN base */
     int64_t can_frames, can_lost, can_dropped;
     uint16_t can_base;
-    struct identity board_on_can; /* the board on CAN; uid 0: not identified */
+    struct identity board_on_can; /* identity of the board on CAN; uid 0: not identified */
     int64_t serial_frames, serial_lost, serial_dropped;
-    struct mr_fault fault[MR_FAULT_COUNT]; /* count 0: none since reset */
+    struct mr_fault fault[MR_FAULT_COUNT]; /* faults of the board; count 0: none since reset */
     uint16_t fault_rise[MR_FAULT_COUNT];   /* increase of the counts during the check */
 };
 
@@ -133,7 +135,7 @@ void ready_summarize_channel(const struct mr_config *config, const struct mr_blo
                              unsigned count, unsigned c, struct ready_channel *channel);
 
 void ready_judge(const struct ready_facts *facts, struct ready_report *report);
-/* Makes only the checks of the sensors' certificates. */
+/* Makes the checks of the sensors' certificates, and no others. */
 void ready_judge_certificates(const struct ready_facts *facts, struct ready_report *report);
 /* Returns the overall verdict, which is no-go if any check is no-go. */
 enum ready_verdict ready_verdict(const struct ready_report *report);
@@ -145,7 +147,7 @@ const char *ready_verdict_text(enum ready_verdict verdict);
 void ready_add_check(struct ready_report *report, enum ready_verdict verdict, const char *name,
                      const char *limit, const char *advice, const char *format, ...)
     __attribute__((format(printf, 6, 7)));
-/* Prints each check in lines of at most `columns` characters (minimum 60), then the verdict. */
+/* Prints each check, wrapped to `columns` characters (minimum 60), then the verdict. */
 void ready_print(const struct ready_report *report, double took_s, unsigned columns, FILE *out);
 /* Returns the checks as a JSON array of {name, verdict, value, limit, advice}; the caller owns
  * it. */
@@ -153,7 +155,7 @@ json_t *ready_json(const struct ready_report *report);
 
 /* Fills the board's part of `facts` within `limit_s`: sets a board that has finished a landing to
  * idle, reads its configuration and requests the other facts. Facts that do not arrive stay
- * unknown. Its CAN messages are read meanwhile if the dialogue has a CAN link. Statuses as
+ * unknown. CAN messages are read at the same time if the dialogue has a CAN link. Statuses as
  * config_client_begin_and_get. */
 enum mr_status ready_request_facts(struct dialogue *dialogue, double limit_s,
                                    struct ready_facts *facts, struct error *error);

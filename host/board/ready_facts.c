@@ -11,14 +11,15 @@
 #define TEST_TIMEOUT_S   5.0
 #define BLOCKS_TIMEOUT_S 5.0
 #define BOX_TIMEOUT_S    3.0
-/* time for the thermometer to settle and for persisting faults to be reported again */
+/* time for the thermometer reading to settle, and for the board to report persisting faults
+ * again */
 #define SETTLE_TIME_S    3.0
 #define LIVE_DURATION_S  20
-#define PAST_FAULTS_MS   1500u /* board time in which the board sends every past fault once */
+#define PAST_FAULTS_MS   1500u /* board time within which the board sends each past fault once */
 #define EMULATED_CLOCK_ERROR_MIN_PPM \
-    700.0 /* larger clock error: the board is emulated or a recording */
+    700.0 /* a larger clock error means that the board is emulated or recorded */
 
-/* The increase of a repeated count since its first value. */
+/* A count that the board reports repeatedly, and its increase since the first report. */
 struct counter_rise {
     bool is_known;
     uint16_t first;
@@ -28,7 +29,7 @@ struct facts_query {
     struct dialogue *dialogue;
     struct ready_facts *facts; /* facts that the queries fill in */
     struct error *error;
-    double deadline_s; /* deadline of the whole check, by the dialogue's clock */
+    double deadline_s; /* time at which the whole check must end, by the dialogue's clock */
 
     struct config_client config;
     struct mr_block block[READY_BLOCKS_MAX];
@@ -138,7 +139,8 @@ static void handle_serial_message(struct facts_query *a, const struct dialogue_m
     }
 }
 
-/* Compares the frames received on CAN with the board's count. Ignores frames of other nodes. */
+/* Compares the number of frames received on CAN with the number that the board reports. Ignores
+ * frames of other nodes. */
 static void handle_can_message(struct facts_query *a, const struct dialogue_message *message)
 {
     struct mr_can_health health;
@@ -203,8 +205,8 @@ static bool is_box_searched(const void *facts)
     return ((const struct ready_facts *)facts)->box_state.state != MR_BOX_LOOKING;
 }
 
-/* True after SETTLE_TIME_S of board time; an emulated board may be faster than this computer's
- * clock. */
+/* True after SETTLE_TIME_S of board time. An emulated board's time may run faster than this
+ * computer's clock. */
 static bool has_settle_time_passed(const void *context)
 {
     const struct facts_query *a = context;
@@ -231,7 +233,7 @@ static void request_facts(struct facts_query *a)
     f->box_known = false;
     (void)send_command(a, MR_COMMAND_BOX_LIST, 0, ANSWER_TIMEOUT_S);
     wait_for(a, dialogue_is_flag_set, &f->box_known, ANSWER_TIMEOUT_S);
-    if (f->box_known) /* the state arrives once a second during the search */
+    if (f->box_known) /* During the search for the black box, its state arrives once a second. */
         wait_for(a, is_box_searched, f, BOX_TIMEOUT_S);
     wait_for(a, has_settle_time_passed, a, begun_s + SETTLE_TIME_S - dialogue_now_s(a->dialogue));
     if (f->config.site[0].thermometer)

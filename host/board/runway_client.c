@@ -115,7 +115,8 @@ enum mr_status runway_client_read(struct runway_client *client, struct error *er
                          dialogue_spec(client->dialogue));
 }
 
-/* The board stores a new runway after half a second, and sends a hello once a second. */
+/* Waits until the board has stored the new runway, which it does after half a second; it then
+ * reports that in its hello, once a second. */
 static enum mr_status wait_until_stored(struct runway_client *client, struct error *error)
 {
     enum mr_status status = MR_OK;
@@ -158,7 +159,7 @@ enum mr_status runway_client_discard(struct runway_client *client, struct error 
 enum mr_status runway_client_send_chart(struct dialogue *dialogue, const struct mr_risk_plan *plan,
                                         struct error *error)
 {
-    /* discards the words of an earlier, incomplete chart */
+    /* make the board discard the words of an earlier, incomplete chart */
     enum mr_status status = send_command(dialogue, MR_COMMAND_CHART_FORGET, 0, 0, error);
     for (unsigned i = 0; status == MR_OK && i < MR_RISK_PLAN_ITEM_COUNT; i++) {
         float value = mr_risk_plan_get_item(plan, i);

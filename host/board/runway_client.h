@@ -10,7 +10,7 @@
 struct runway_client {
     struct dialogue *dialogue;
     bool hello_received, stored_known, is_memory_read, is_complete;
-    struct mr_runway_store stored;   /* origin of the runway state */
+    struct mr_runway_store stored;   /* origin of the runway state that the board has stored */
     struct mr_predictor_state state; /* the runway state, after runway_client_read */
     unsigned received_part_count;
 };
@@ -20,7 +20,7 @@ struct runway_client {
 enum mr_status runway_client_begin(struct runway_client *client, struct dialogue *dialogue,
                                    struct error *error);
 /* Reads the complete state, checks it against the CRC that the board reports, and fills state and
- * stored. MR_CRC: it arrived damaged in every try. */
+ * stored. MR_CRC: the received state was damaged in every try. */
 enum mr_status runway_client_read(struct runway_client *client, struct error *error);
 /* Sends a runway state. MR_OK: the board has accepted and stored it. MR_LIMIT: the board has a
  * different number of mats. MR_MALFORMED: the board refused it. MR_NOT_NOW: the board is armed or

@@ -19,8 +19,8 @@ void walk_motion_start(struct walk_motion *motion, unsigned channels, float limi
     motion->movement_min = limit;
 }
 
-/* Returns true if no channel moved by half the limit for half a second. `mean`: means over that
- * time. */
+/* Returns true if for half a second no channel has moved by half the limit. Sets `mean` to the
+ * means over that time. */
 static bool is_still(const struct walk_motion *motion, float mean[WALK_CHANNELS_MAX])
 {
     if (motion->reading_count < WALK_REST_READINGS)
@@ -51,7 +51,8 @@ unsigned walk_motion_add(struct walk_motion *motion, const float *value)
     memcpy(motion->reading[motion->reading_count++ % WALK_REST_READINGS], value,
            motion->channel_count * sizeof *value);
     for (unsigned c = 0; motion->is_at_rest && c < motion->channel_count; c++) {
-        float moved = fabsf(value[c] - motion->rest_mean[c]); /* a comparison with NaN is false */
+        /* The comparison is false if either value is NaN. */
+        float moved = fabsf(value[c] - motion->rest_mean[c]);
         if (moved > motion->movement_min)
             motion->is_moving = true;
         if (moved > motion->peak[c])
@@ -220,7 +221,7 @@ static void judge_kind(const struct walk *walk, enum walk_kind kind, struct read
         ready_add_check(report, READY_NOT_DONE, name, NULL, NULL, "none of %u responded", fitted);
         return;
     }
-    /* ascending or descending, whichever fits most of the walk */
+    /* use the ascending or the descending order, whichever agrees with more of the walk */
     memcpy(meant, order, sizeof meant);
     for (unsigned i = 1; i < count; i++)
         down += order[i] < order[i - 1];

@@ -18,9 +18,11 @@
 #define WALK_RESPONSES_MAX 64u /* maximum number of stored responses of each kind */
 #define WALK_ITEMS_MAX     32u
 #define WALK_CHANNELS_MAX  16u
-/* Readings in half a second: after a movement, all channels must be at rest for this time. */
+/* Number of readings in half a second. A movement ends when all channels have been at rest for this
+ * time. */
 #define WALK_REST_READINGS 25u
-#define WALK_PUSH_MIN_IN   0.05f /* movement by hand; a mat at rest stays within 0.01 in */
+/* smallest movement that counts as a push by hand; a mat at rest stays within 0.01 in */
+#define WALK_PUSH_MIN_IN   0.05f
 #define WALK_PULL_MIN_LB   5.0f
 
 enum walk_kind { WALK_SWITCH, WALK_TRANSDUCER, WALK_GAGE, WALK_KIND_COUNT };
@@ -29,7 +31,7 @@ extern const char *const walk_kind_names[WALK_KIND_COUNT];
 /* Detection of movements by hand. The channel that moved most is the intended one. */
 struct walk_motion {
     unsigned channel_count;
-    float movement_min; /* smallest movement that counts, in or lb */
+    float movement_min; /* smallest movement that counts, in inches or pounds */
     float reading[WALK_REST_READINGS][WALK_CHANNELS_MAX];
     unsigned reading_count;
     float rest_mean[WALK_CHANNELS_MAX], peak[WALK_CHANNELS_MAX];
@@ -41,7 +43,8 @@ void walk_motion_start(struct walk_motion *motion, unsigned channels, float limi
 unsigned walk_motion_add(struct walk_motion *motion, const float *value);
 
 struct walk_response {
-    unsigned number;    /* number as the board named it, from 1; 0: the edge has no switch */
+    /* number that the board gave the switch, from 1; 0: the edge belongs to no switch */
+    unsigned number;
     uint8_t edge_count; /* number of the edge by the board's count */
     double step_codes;  /* voltage step of the edge, in codes */
 };
@@ -50,8 +53,7 @@ struct walk {
     struct walk_response response[WALK_KIND_COUNT][WALK_RESPONSES_MAX];
     unsigned response_count[WALK_KIND_COUNT], unexpected_event_count;
     struct walk_motion transducers, gages;
-    bool
-        is_gage_disturbed; /* a transducer was pushed while a gage moved: the push moved the gage */
+    bool is_gage_disturbed; /* a gage moved while a transducer was pushed: the push caused it */
 };
 void walk_start(struct walk *walk, const struct mr_config *config);
 /* The walk_add functions add data of the board. They return true if an item answered;

@@ -6,7 +6,7 @@
 #include "common/channels.h"
 
 #define PER_MILLION       1e-6
-#define INTEGRATION_STEPS 400 /* number of steps of the sum over a rectangular distribution */
+#define INTEGRATION_STEPS 400 /* number of integration steps over a rectangular distribution */
 
 /* values of the reference circuits that this file uses */
 static const struct circuit_values {
@@ -62,7 +62,7 @@ double budget_noise_codes(void)
     return circuit.adc_noise_lsb / sqrt((double)MR_SCANS_PER_BLOCK);
 }
 
-/* Returns the stated error with a single source. A gain of 0 has no rounding error. */
+/* Returns the stated error if `source` is its only source. A gain of 0 has no rounding error. */
 static double compute_single_source_error(const struct budget_case *of, enum budget_source source)
 {
     struct mr_channel_config channel = {.low = of->channel->low, .high = of->channel->high};
@@ -73,14 +73,14 @@ static double compute_single_source_error(const struct budget_case *of, enum bud
     case BUDGET_NOISE: reading.noise = of->reading.noise; break;
     case BUDGET_ROUNDING:
         if (!(fabsf(of->reading.noise) < MR_QUANTISATION_NOISE_CODES * fabsf(step)))
-            return 0.0; /* noise averages the rounding away */
+            return 0.0; /* with noise, averaging removes the rounding error */
         channel.unit_per_code = step;
         break;
     case BUDGET_GAIN: channel.gain_error = of->channel->gain_error; break;
     case BUDGET_ZERO: channel.zero_error = of->channel->zero_error; break;
     case BUDGET_DRIFT: channel.drift_error_per_h = of->channel->drift_error_per_h; break;
     case BUDGET_LINEARITY: channel.linearity_error = of->channel->linearity_error; break;
-    default: /* without a baseline, the reference also scales the zero */
+    default: /* without a baseline, an error of the reference also changes the zero */
         reading.reference_error = of->reading.reference_error;
         if (!(reading.baseline_blocks > 0.0f))
             reading.value += of->channel->zero_code * step;

@@ -8,7 +8,7 @@
  * that the contributions add up to the stated error. It is the repeatability of the channel
  * relative to its calibration. The second part is the uncertainty of the calibration itself and of
  * the conditions of use, which the stated error leaves out: certificate, baseline, position,
- * temperature (docs/explanation/errors.md, "What a calibration leaves out").
+ * temperature (docs/explanation/errors.md).
  *
  * Contributions are assumed independent (GUM 5.1.2), degrees of freedom infinite, and the sum
  * normal, except for the cell's temperature, which may dominate. The coverage factor is that of a
@@ -32,7 +32,7 @@ enum budget_source {
     BUDGET_DRIFT,
     BUDGET_LINEARITY,
     BUDGET_REFERENCE,
-    BUDGET_STATED_COUNT, /* the sources before this one belong to the stated error */
+    BUDGET_STATED_COUNT, /* the sources before this entry are part of the stated error */
     BUDGET_CERTIFICATE = BUDGET_STATED_COUNT,
     BUDGET_BASELINE,
     BUDGET_POSITION,
@@ -48,7 +48,7 @@ struct budget_case {
     double certificate_expanded_uncertainty; /* at the reading; NaN: no certificate */
     double certificate_coverage_factor;
     double station_error_ft; /* standard uncertainty of the station, ft */
-    double slope_max_in_ft;  /* steepest change of movement along the mat */
+    double slope_max_in_ft;  /* largest change of movement per distance along the mat */
     double half_range_k;     /* half width of the temperature range, K */
 };
 
@@ -57,7 +57,8 @@ struct budget_row {
     double divisor;              /* divisor that belongs to the source's distribution */
     double standard_uncertainty; /* u(x): input divided by divisor */
     double sensitivity;          /* sensitivity coefficient c, in or lb per input_unit */
-    double contribution;         /* to the reading's standard error: c u(x), in inches or pounds */
+    /* contribution to the reading's standard error: c u(x), in inches or pounds */
+    double contribution;
 };
 
 struct budget {
@@ -74,11 +75,12 @@ void budget_compute(const struct budget_case *of, struct budget *budget);
 const char *budget_source_name(enum budget_source source); /* word for programs: "noise" */
 const char *budget_source_text(enum budget_source source); /* name for people */
 const char *budget_distribution(enum budget_source source);
-/* Unit of the input of a transducer, otherwise of a gage: "codes", "1" (relative), "ft", ... */
+/* Returns the unit of the input of a source for a transducer or else a gage: "codes", "1"
+ * (relative), "ft", ... */
 const char *budget_input_unit(enum budget_source source, bool transducer);
 
-/* Returns the standard deviation of a block's mean in codes, from the data of the circuit's
- * converter, for a channel whose noise was not measured. */
+/* Returns the standard deviation of a block's mean in codes, computed from the data sheet of the
+ * circuit's converter, for a channel whose noise was not measured. */
 double budget_noise_codes(void);
 
 #endif

@@ -13,8 +13,8 @@ static bool is_point_before(const struct calibrate_point *a, const struct calibr
     return a->code < b->code;
 }
 
-/* Computes mean value and mean code of each known value, sorted by the reading of the straight
- * line. Returns their number. */
+/* Averages values and codes of each distinct known value, sorted by the reading of the straight
+ * line. Returns the number of distinct values. */
 static size_t average_by_value(const struct calibrate_point *point, size_t count,
                                struct calibrate_point mean[CALIBRATE_POINTS_MAX])
 {
@@ -50,7 +50,7 @@ static enum mr_status set_channel_table(const struct calibrate_point *point, siz
                          "too many known values: the calibration has %zu, but a table holds only "
                          "%u; leave some out, or use the straight line",
                          values, MR_CONFIG_POINTS);
-    bool falls = channel->unit_per_code < 0.0f; /* the reading rises while codes fall */
+    bool falls = channel->unit_per_code < 0.0f; /* the value rises while the codes fall */
     channel->points = (uint8_t)values;
     for (size_t i = 0; i < values; i++) {
         const struct calibrate_point *p = &mean[falls ? values - 1 - i : i];
@@ -81,8 +81,8 @@ static void compute_residuals(const struct calibrate_point *point, size_t count,
         }
     }
     fit->linearity_error = sqrt(squares / (double)(count - 2));
-    /* Error between the points of a table: a straight line deviates from a curve by a quarter of
-     * the distance between a point and the chord of its neighbours. */
+    /* Error of interpolation between the points of a table: estimated as a quarter of the distance
+     * between a point and the chord of its neighbours. */
     double curve = 0.0;
     for (unsigned i = 1; i + 1 < channel->points; i++) {
         const float *x = channel->point_reading, *y = channel->point_value;

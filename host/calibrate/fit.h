@@ -10,16 +10,17 @@
 #define CALIBRATE_POINTS_MAX 64u
 
 struct calibrate_point {
-    double value;  /* known value, in or lb */
+    double value;  /* known value, in inches or pounds */
     double code;   /* mean reading, codes times the ratio of the reference */
     double spread; /* standard deviation of a block's reading, codes; NaN: not known */
 };
 
 struct calibrate_fit {
     double unit_per_code, zero_code;
-    double gain_error;      /* gain error, as a share of the gain */
-    double zero_error;      /* standard error in in or lb, like the fields below */
-    double linearity_error; /* root mean square of the deviations that the calibration leaves */
+    double gain_error; /* relative error of the gain */
+    /* standard error of the zero, in inches or pounds, like the fields below */
+    double zero_error;
+    double linearity_error; /* root mean square of the residuals of the calibration */
     double worst_residual;  /* largest residual by magnitude, and the index of its point */
     size_t worst_point;
     double residual[CALIBRATE_POINTS_MAX]; /* calibrated reading minus known value */
@@ -39,9 +40,9 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
                              bool table, struct mr_channel_config *channel,
                              struct calibrate_fit *fit, struct error *error);
 
-/* Finds an outlier: the point without which the others fit to within `most`, and at least twice as
- * well as without any other point. Returns its index, and in `miss` the largest deviation of the
- * others. Returns `count` if no single point explains the deviation. */
+/* Finds an outlier: a point whose removal lets the others fit to within `most`, and at least twice
+ * as well as the removal of any other point. Returns its index, and in `miss` the largest deviation
+ * of the others. Returns `count` if no single point explains the deviation. */
 size_t calibrate_find_outlier(const struct calibrate_point *point, size_t count, bool table,
                               double most, const struct mr_channel_config *channel, double *miss);
 

@@ -26,7 +26,7 @@ bool jump_find(const struct mr_channel_config *old, const struct mr_channel_conf
     if (!mr_channel_is_sensor(new) || old->kind != new->kind || old->number != new->number ||
         old->unit_per_code == 0.0f || new->unit_per_code == 0.0f)
         return false;
-    /* false for another sensor, and for a first calibration */
+    /* not for another sensor, and not for the first calibration of a sensor */
     bool same = !is_other_sensor(old, new) && (old->calibrated_day || !new->calibrated_day);
     double was = (double)mr_channel_gain(old), is = (double)mr_channel_gain(new),
            ratio = fabs(is / was),

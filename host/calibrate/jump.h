@@ -10,10 +10,11 @@
 
 /* Allowed ratio of a channel's gain to an earlier gain of the same channel, in either direction:
  * - JUMP_RATIO_SAME_SENSOR: the same sensor was calibrated again. The 0.5 % of the data sheet and
- * the 2 % of the reference are well within the limit; the smallest mistake of a unit, pounds for
- * kilograms, is a factor of 2.2. The sign must not change.
+ * the 2 % of the reference are well within the limit; the smallest likely mistake of units (pounds
+ * for kilograms) is a factor of 2.2. The sign must not change.
  * - JUMP_RATIO_TRANSDUCER: first calibration of a transducer, or a different one by its serial
- * number. Cells differ, but the amplifier is the same; centimetres for inches are a factor of 2.54.
+ * number. Transducers differ, but have the same amplifier; centimetres for inches are a factor of
+ * 2.54.
  * - JUMP_RATIO_GAGE: first calibration of a gage, or a different one. Bridges of 5.56 and 14.4
  * uV/lb with gains of 900 and 346 (common/gain.h) differ from the built-in values by a factor of up
  * to 2.6; band sections differ too. */
@@ -23,8 +24,8 @@
 #define JUMP_TEXT_SIZE         160
 
 /* Returns true if the gain jumped; `text` is then "gain 0.001611 -> 0.004093 in per code, a factor
- * of 2.54". `old` and `new` belong to the same input. Returns false also if there is nothing to
- * compare (not fitted in one of them, or of another kind). */
+ * of 2.54". `old` and `new` belong to the same input. Also returns false if the two cannot be
+ * compared: the sensor is not fitted in one of them, or is of another kind. */
 bool jump_find(const struct mr_channel_config *old, const struct mr_channel_config *new,
                char text[JUMP_TEXT_SIZE]);
 /* Writes the name of a channel by its input, as in matrig calibrate: "d3", "t12". `index` is from

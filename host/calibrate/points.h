@@ -24,8 +24,8 @@ struct calibrate_points {
     bool are_codes_first;
 };
 
-/* Meaning of a column name. A name that is not completely understood is refused, because a misread
- * unit would change every value. */
+/* Meaning of a column name. An unknown name is refused, because a wrong unit would change every
+ * value. */
 struct calibrate_column {
     bool is_known, is_codes;
     const struct unit_word *unit; /* NULL: no unit */
