@@ -1,25 +1,20 @@
 /* The command matrig day: a test day as a checklist. All facts are read from the campaign, and the
  * next step follows from the facts. The steps of a landing begin with the inspection after the
  * previous landing and end with the landing itself. */
-#include <errno.h>
 #include <jansson.h>
-#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <time.h>
 
 #include "common/catalogue.h"
-#include "host/analyse/inspection.h"
 #include "host/base/answer.h"
-#include "host/base/data_dir.h"
-#include "host/base/process.h"
 #include "host/base/xmalloc.h"
 #include "host/commands/annotation.h"
 #include "host/commands/commands.h"
+#include "host/commands/day.h"
 #include "host/commands/program.h"
 #include "host/link/link.h"
 #include "host/store/store_journal.h"
@@ -409,7 +404,6 @@ static void day_plan_make(const struct day_facts *f, struct day_plan *plan)
 
 /* ---- the command ---- */
 
-#define WORDS_MAX       (INSPECTION_FIELDS_MAX + 8)
 #define NO_CAN          "none"
 #define STANDARD_SERIES "standard"
 
@@ -427,126 +421,10 @@ struct day {
     struct error error; /* printed and cleared after each step */
 };
 
-/* A command line of matrig. The texts belong to the caller. */
-struct command_line {
-    const char *words[WORDS_MAX]; /* words[0] is the path of matrig */
-    size_t count;
-};
-
 static void read_all_facts(struct day *day)
 {
     day_facts_read(day->store, (int64_t)link_now_us(), &day->facts);
     day_plan_make(&day->facts, &day->plan);
-}
-
-/* ---- the keyboard ---- */
-
-/* Asks a question and reads a line without surrounding blanks. Returns false at q or end of input.
- * stdin is unbuffered, so that a command that is started later can read the rest of the input. */
-static bool ask_user(const char *question, char *line, size_t size)
-{
-    bool whole;
-    do {
-        printf("%s", question);
-        fflush(stdout);
-        if (!fgets(line, (int)size, stdin))
-            return false;
-        whole = strchr(line, '\n') || feof(stdin);
-        for (int c = 0; !whole && c != '\n' && c != EOF;)
-            c = getchar();
-        if (!whole)
-            printf("too long: at most %zu characters\n", size - 2);
-    } while (!whole);
-    size_t from = strspn(line, " \t\r\n"), length = strlen(line);
-    while (length > from && strchr(" \t\r\n", line[length - 1]))
-        length--;
-    line[length] = '\0';
-    memmove(line, line + from, length - from + 1);
-    return strcmp(line, "q") != 0;
-}
-
-static void print_error(struct day *day)
-{
-    if (day->error.status != MR_OK)
-        cli_fail(&day->error);
-    day->error = (struct error){0};
-}
-
-/* ---- commands ---- */
-
-static void add_word(struct command_line *line, const char *word)
-{
-    if (line->count + 1 < WORDS_MAX)
-        line->words[line->count++] = word;
-}
-
-/* Adds an option with its value, such as "--serial X". Adds nothing if the value is "". */
-static void add_option(struct command_line *line, const char *option, const char *value)
-{
-    if (value && value[0]) {
-        add_word(line, option);
-        add_word(line, value);
-    }
-}
-
-static struct command_line make_line(const char *command, const char *word)
-{
-    static char program[4096];
-    data_dir_program_path(program, sizeof program);
-    return (struct command_line){.words = {program, command, word}, .count = word ? 3 : 2};
-}
-
-/* Returns the command line as a user would type it. The caller frees the text. */
-static char *format_line(const struct command_line *line)
-{
-    static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
-                                "0123456789_@%+=:,./-";
-    char *text;
-    size_t length;
-    FILE *file = xopen_memstream(&text, &length);
-    fputs("matrig", file);
-    for (size_t i = 1; i < line->count; i++) {
-        const char *word = line->words[i];
-        fputc(' ', file);
-        if (word[0] && strspn(word, plain) == strlen(word))
-            fputs(word, file);
-        else
-            shell_quote(file, word);
-    }
-    fclose(file);
-    return text;
-}
-
-static void ignore_signal(int number)
-{
-    (void)number;
-}
-
-/* Runs a command at this terminal until it ends. Ctrl-C ends the command and not matrig day.
- * Returns true if the command succeeds. */
-static bool run_line(struct day *day, const struct command_line *line)
-{
-    static const int streams[3] = {-1, -1, -1};
-    /* A handler is used because the command would inherit SIG_IGN. */
-    const struct sigaction action = {.sa_handler = ignore_signal, .sa_flags = SA_RESTART};
-    struct sigaction was;
-    char *text = format_line(line);
-    pid_t child;
-    int status = 0;
-    printf("$ %s\n", text);
-    fflush(stdout);
-    free(text);
-    sigaction(SIGINT, &action, &was);
-    if (process_start(line->words, streams, &child, &day->error) == MR_OK) {
-        while (waitpid(child, &status, 0) < 0 && errno == EINTR)
-            ;
-    } else {
-        status = -1;
-    }
-    sigaction(SIGINT, &was, NULL);
-    if (WIFEXITED(status) && WEXITSTATUS(status) > 1)
-        printf("the command failed (exit %d); its message is above\n", WEXITSTATUS(status));
-    return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
 /* Makes the command line of a step. False: the step asks questions or runs several commands. */
@@ -558,35 +436,35 @@ static bool make_step_line(const struct day *day, enum day_step step, struct com
     switch (step) {
     case DAY_LOOK:
         snprintf(landing, sizeof landing, "%lld", (long long)f->run);
-        *line = make_line("show", db);
-        add_word(line, landing);
+        *line = day_line("show", db);
+        day_add_word(line, landing);
         return true;
     case DAY_SURVEY: /* uses the edges of the last survey */
-        *line = make_line("survey", db);
-        add_option(line, "--edges", f->edges);
+        *line = day_line("survey", db);
+        day_add_option(line, "--edges", f->edges);
         return true;
     case DAY_LOAD:
-        *line = make_line("survey", db);
-        add_option(line, "--load", f->serial);
+        *line = day_line("survey", db);
+        day_add_option(line, "--load", f->serial);
         return true;
     case DAY_ADVISE:
-        *line = make_line("advise", db);
-        add_word(line, "--keep");
-        add_word(line, "--load");
-        add_option(line, "--serial", f->serial);
+        *line = day_line("advise", db);
+        day_add_word(line, "--keep");
+        day_add_word(line, "--load");
+        day_add_option(line, "--serial", f->serial);
         return true;
     case DAY_READY:
-        *line = make_line("ready", db);
-        add_option(line, "--serial", f->serial);
-        add_option(line, "--can", can);
+        *line = day_line("ready", db);
+        day_add_option(line, "--serial", f->serial);
+        day_add_option(line, "--can", can);
         return true;
     case DAY_LAND:
         snprintf(page, sizeof page, "%s-landing.html", db);
-        *line = make_line("log", NULL);
-        add_option(line, "--serial", f->serial);
-        add_option(line, "--can", can);
-        add_option(line, "--db", db);
-        add_option(line, "--page", page);
+        *line = day_line("log", NULL);
+        day_add_option(line, "--serial", f->serial);
+        day_add_option(line, "--can", can);
+        day_add_option(line, "--db", db);
+        day_add_option(line, "--page", page);
         return true;
     default: return false;
     }
@@ -614,11 +492,11 @@ static bool ask_missing_links(struct day *day)
     struct day_facts *f = &day->facts;
     char text[200];
     if (!f->serial[0] &&
-        (!ask_user("the board's serial port (such as serial:/dev/ttyUSB0): ", text, sizeof text) ||
+        (!day_ask("the board's serial port (such as serial:/dev/ttyUSB0): ", text, sizeof text) ||
          !text[0] || !ask_link(day, text, LINK_SERIAL, f->serial)))
         return false;
     return f->can[0] ||
-           (ask_user("the board's CAN bus (such as can:can0; Enter: none): ", text, sizeof text) &&
+           (day_ask("the board's CAN bus (such as can:can0; Enter: none): ", text, sizeof text) &&
             ask_link(day, text[0] ? text : NO_CAN, LINK_CAN, f->can));
 }
 
@@ -637,7 +515,7 @@ static bool ask_operator(struct day *day)
         name[0] = '\0';
     free(rows);
     snprintf(question, sizeof question, "operator (Enter: %.60s): ", annotation_author(NULL));
-    if (!name[0] && !ask_user(question, name, sizeof name))
+    if (!name[0] && !day_ask(question, name, sizeof name))
         return false;
     if (name[0])
         setenv("USER", name, 1);
@@ -662,19 +540,19 @@ static bool ask_weight(struct day *day)
         store_change_get(day->store, run_number, "weight_lb", weight, NULL, fatal);
     }
     if (!weight[0] && !day->weight_asked &&
-        !ask_user("weight of the aircraft (such as 1300 lb; Enter: the value in the board): ",
-                  weight, 40))
+        !day_ask("weight of the aircraft (such as 1300 lb; Enter: the value in the board): ",
+                 weight, 40))
         return false;
     day->weight_asked = true;
     if (!weight[0])
         return true;
     snprintf(run_text, sizeof run_text, "%lld", (long long)day->facts.run);
     snprintf(correction, sizeof correction, "weight_lb=%s", weight);
-    struct command_line line = make_line("landing", day->r.db);
-    add_word(&line, run_text);
-    add_option(&line, "--correct", correction);
-    add_option(&line, "--reason", "weight of the day");
-    run_line(day, &line);
+    struct command_line line = day_line("landing", day->r.db);
+    day_add_word(&line, run_text);
+    day_add_option(&line, "--correct", correction);
+    day_add_option(&line, "--reason", "weight of the day");
+    day_run_line(&line, &day->error);
     return true;
 }
 
@@ -684,82 +562,22 @@ static bool ask_waves(struct day *day)
     char run_text[24], station[40], panels[40];
     snprintf(run_text, sizeof run_text, "%lld", (long long)day->facts.run);
     for (;;) {
-        if (!ask_user("station of a wave in the mat, ft (Enter: none, or no more): ", station,
-                      sizeof station))
+        if (!day_ask("station of a wave in the mat, ft (Enter: none, or no more): ", station,
+                     sizeof station))
             return false;
         if (!station[0])
             return true;
-        if (!ask_user("number of panels in the wave (2: a wave that the gear can cross; Enter: not "
-                      "counted): ",
-                      panels, sizeof panels))
+        if (!day_ask("number of panels in the wave (2: a wave that the gear can cross; Enter: not "
+                     "counted): ",
+                     panels, sizeof panels))
             return false;
-        struct command_line line = make_line("landing", day->r.db);
-        add_word(&line, run_text);
-        add_option(&line, "--observe", "wave");
-        add_option(&line, "--station", station);
-        add_option(&line, "--panels", panels);
-        run_line(day, &line);
+        struct command_line line = day_line("landing", day->r.db);
+        day_add_word(&line, run_text);
+        day_add_option(&line, "--observe", "wave");
+        day_add_option(&line, "--station", station);
+        day_add_option(&line, "--panels", panels);
+        day_run_line(&line, &day->error);
     }
-}
-
-/* Asks for a record, one question per field. Enter keeps the value in `last` or, at a first field
- * without one, ends the kind, as q does. `again`: `last` was refused. False: the kind has ended. */
-static bool ask_record(struct day *day, const struct inspection_kind *kind, const json_t *last,
-                       bool again)
-{
-    static char word[INSPECTION_FIELDS_MAX][INSPECTION_TEXT_SIZE + 80];
-    size_t words = 0;
-    char run_text[24], was[INSPECTION_TEXT_SIZE], value[INSPECTION_TEXT_SIZE];
-    struct command_line line = make_line("record", day->r.db);
-    json_t *one = json_object(), *values = json_object();
-    bool goes_on = true;
-    snprintf(run_text, sizeof run_text, "%lld", (long long)day->facts.run);
-    add_word(&line, kind->name);
-    add_word(&line, run_text);
-    for (const struct inspection_field *field = kind->field; field->name && goes_on; field++) {
-        const char *unit = field->choices ? field->choices : inspection_unit(field, false);
-        if (field->marked)
-            continue;
-        bool ends = field == kind->field && !inspection_is_single(kind);
-        inspection_format(field, field->from_last || again ? last : NULL, was);
-        char *question = xasprintf(*unit ? "%s: %s, %s (Enter: %s): " : "%s: %s%s (Enter: %s): ",
-                                   kind->words, field->words, unit,
-                                   was[0] ? was
-                                   : ends ? "none, or no more"
-                                          : "no answer");
-        do {
-            print_error(day);
-            json_object_clear(one);
-            goes_on = ask_user(question, value, sizeof value);
-            snprintf(word[words], sizeof word[0], "%s=%s", field->name, value[0] ? value : was);
-        } while (goes_on && inspection_read(kind, word[words], one, &day->error) != MR_OK);
-        free(question);
-        json_object_update(values, one);
-        goes_on &= !(ends && !value[0] && !was[0]);
-        if (goes_on && (value[0] || was[0]))
-            add_word(&line, word[words++]);
-    }
-    if (words > 0 && !run_line(day, &line) && goes_on)
-        goes_on = ask_record(day, kind, values, true);
-    json_decref(values);
-    json_decref(one);
-    return goes_on;
-}
-
-/* Asks for records of every kind that the campaign already contains. */
-static void ask_records(struct day *day)
-{
-    struct inspections all;
-    inspection_load(day->store, &all, fatal);
-    for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++) {
-        const struct inspection *last = inspection_newest(&all, kind, day->facts.run);
-        if (kind->place != INSPECTION_LANDING || !last ||
-            (inspection_is_single(kind) && last->row.run == day->facts.run))
-            continue;
-        while (ask_record(day, kind, last->values, false) && !inspection_is_single(kind))
-            ;
-    }
-    inspection_free(&all);
 }
 
 static void run_note_step(struct day *day)
@@ -769,12 +587,12 @@ static void run_note_step(struct day *day)
     if (!day->facts.run)
         return;
     make_step_line(day, DAY_LOOK, &line);
-    run_line(day, &line);
+    day_run_line(&line, &day->error);
     printf("Enter: no answer, or the value in brackets; q: end of the questions\n");
     if (!ask_operator(day) || !ask_weight(day) || !ask_waves(day))
         return;
-    ask_records(day);
-    if (!ask_user("other observations (Enter: no note): ", note.value, sizeof note.value) ||
+    day_ask_records(day->store, day->r.db, day->facts.run, &day->error);
+    if (!day_ask("other observations (Enter: no note): ", note.value, sizeof note.value) ||
         !note.value[0])
         return;
     note.made_us = (int64_t)link_now_us();
@@ -785,12 +603,11 @@ static void run_note_step(struct day *day)
 static void run_series_step(struct day *day)
 {
     struct store_series row = {.made_us = (int64_t)link_now_us()};
-    if (!ask_user("name for the series of landings (what is tested): ", row.name,
-                  sizeof row.name) ||
+    if (!day_ask("name for the series of landings (what is tested): ", row.name, sizeof row.name) ||
         !row.name[0] ||
-        !ask_user("the runway (such as 'relaid, bands tensioned'; Enter: no note): ", row.runway,
-                  sizeof row.runway) ||
-        !ask_user("the pattern of the mats (Enter: no note): ", row.pattern, sizeof row.pattern) ||
+        !day_ask("the runway (such as 'relaid, bands tensioned'; Enter: no note): ", row.runway,
+                 sizeof row.runway) ||
+        !day_ask("the pattern of the mats (Enter: no note): ", row.pattern, sizeof row.pattern) ||
         !ask_operator(day))
         return;
     annotation_copy(row.who, sizeof row.who, annotation_author(NULL));
@@ -804,21 +621,21 @@ static void run_calibrate_step(struct day *day)
     if (day->facts.calibration_due)
         printf("%s\n", day->facts.no_go);
     snprintf(file, sizeof file, "%s-calibrated.cfg", day->r.db);
-    while (ask_user("channel to calibrate (d1 to d8, t1 to t14; Enter: no more): ", channel,
-                    sizeof channel) &&
+    while (day_ask("channel to calibrate (d1 to d8, t1 to t14; Enter: no more): ", channel,
+                   sizeof channel) &&
            channel[0]) {
-        struct command_line line = make_line("calibrate", channel);
+        struct command_line line = day_line("calibrate", channel);
         remove(file);
-        add_option(&line, "--serial", day->facts.serial);
-        add_option(&line, "-o", file);
-        if (!run_line(day, &line))
+        day_add_option(&line, "--serial", day->facts.serial);
+        day_add_option(&line, "-o", file);
+        if (!day_run_line(&line, &day->error))
             continue;
-        line = make_line("board", NULL);
-        add_option(&line, "--serial", day->facts.serial);
-        add_word(&line, "config");
-        add_option(&line, "set", file);
-        add_option(&line, "--db", day->r.db);
-        if (run_line(day, &line))
+        line = day_line("board", NULL);
+        day_add_option(&line, "--serial", day->facts.serial);
+        day_add_word(&line, "config");
+        day_add_option(&line, "set", file);
+        day_add_option(&line, "--db", day->r.db);
+        if (day_run_line(&line, &day->error))
             day->facts.calibrated_us = (int64_t)link_now_us();
     }
 }
@@ -828,21 +645,21 @@ static void run_advise_step(struct day *day)
     struct command_line line;
     char speed[40], deceleration[40];
     make_step_line(day, DAY_ADVISE, &line);
-    if (!ask_user("planned speed at touchdown (35ft/s; Enter: the last landing's): ", speed,
-                  sizeof speed) ||
-        !ask_user("planned mean deceleration (4.5ft/s2; Enter: the last landing's): ", deceleration,
-                  sizeof deceleration))
+    if (!day_ask("planned speed at touchdown (35ft/s; Enter: the last landing's): ", speed,
+                 sizeof speed) ||
+        !day_ask("planned mean deceleration (4.5ft/s2; Enter: the last landing's): ", deceleration,
+                 sizeof deceleration))
         return;
-    add_option(&line, "--speed", speed);
-    add_option(&line, "--deceleration", deceleration);
-    run_line(day, &line);
+    day_add_option(&line, "--speed", speed);
+    day_add_option(&line, "--deceleration", deceleration);
+    day_run_line(&line, &day->error);
 }
 
 static void run_land_step(struct day *day)
 {
     struct command_line line;
     make_step_line(day, DAY_LAND, &line);
-    char *text = format_line(&line);
+    char *text = day_format_line(&line);
     if (day->facts.is_logging)
         printf("%s\n", day->plan.reason[DAY_LAND]);
     else
@@ -865,17 +682,17 @@ static void run_step(struct day *day, enum day_step step)
     case DAY_CALIBRATE: run_calibrate_step(day); return;
     case DAY_ADVISE: run_advise_step(day); return;
     case DAY_LAND: run_land_step(day); return;
-    default: make_step_line(day, step, &line); run_line(day, &line);
+    default: make_step_line(day, step, &line); day_run_line(&line, &day->error);
     }
 }
 
 static void write_report(struct day *day)
 {
     char page[4200];
-    struct command_line line = make_line("report", day->r.db);
+    struct command_line line = day_line("report", day->r.db);
     snprintf(page, sizeof page, "%s-report.html", day->r.db);
-    add_option(&line, "-o", page);
-    run_line(day, &line);
+    day_add_option(&line, "-o", page);
+    day_run_line(&line, &day->error);
 }
 
 /* ---- the checklist ---- */
@@ -892,7 +709,7 @@ static void print_list(const struct day *day)
                step_words[step].key, state_text(plan->state[step]), plan->reason[step]);
     printf("Enter: %s: %s\n", step_words[plan->next].key, step_words[plan->next].text);
     if (make_step_line(day, plan->next, &line)) {
-        char *text = format_line(&line);
+        char *text = day_format_line(&line);
         printf("       %s\n", text);
         free(text);
     }
@@ -903,8 +720,8 @@ static int run_day(struct day *day)
     char key[8];
     for (;; read_all_facts(day)) {
         print_list(day);
-        if (!ask_user("Enter: next step, 1-8: that step, s: skip, r: report, q: quit > ", key,
-                      sizeof key))
+        if (!day_ask("Enter: next step, 1-8: that step, s: skip, r: report, q: quit > ", key,
+                     sizeof key))
             break;
         read_all_facts(day); /* the facts may have changed: the prompt can wait for an hour */
         if (key[0] >= '1' && key[0] < '1' + DAY_STEPS)
@@ -915,7 +732,7 @@ static int run_day(struct day *day)
             day->facts.is_skipped[day->plan.next] = day->plan.next != DAY_LAND;
         else if (key[0] == 'r')
             write_report(day);
-        print_error(day);
+        day_print_error(&day->error);
     }
     return 0;
 }
@@ -927,7 +744,7 @@ static int show_day(const struct day *day)
     answer_words(answer, "db", NULL, "%s", day->r.db);
     answer_words(answer, "next", NULL, "%s", step_words[day->plan.next].key);
     answer_words(answer, "reason", NULL, "%s", day->plan.reason[day->plan.next]);
-    char *text = make_step_line(day, day->plan.next, &line) ? format_line(&line) : NULL;
+    char *text = make_step_line(day, day->plan.next, &line) ? day_format_line(&line) : NULL;
     answer_words_or_none(answer, "command", NULL, text, NULL);
     free(text);
     answer_flag(answer, "logging", NULL, day->facts.is_logging);
@@ -952,7 +769,7 @@ static bool confirm_new_campaign(const char *db)
     if (stat(db, &there) == 0)
         return true;
     printf("%s does not exist. ", db);
-    return ask_user("Begin a new campaign? y: ", key, sizeof key) && key[0] == 'y';
+    return day_ask("Begin a new campaign? y: ", key, sizeof key) && key[0] == 'y';
 }
 
 static int day_command(int argc, char **argv, const struct cli *cli)

@@ -1,0 +1,65 @@
+/* Questions of the command matrig day for records of a landing (host/store/records.def). */
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "host/base/xmalloc.h"
+#include "host/commands/day.h"
+
+/* Asks for a record, one question per field. Enter keeps the value in `last` or, at a first field
+ * without one, ends the kind, as q does. `again`: `last` was refused. False: the kind has ended. */
+static bool ask_record(const char *db, int64_t run, const struct inspection_kind *kind,
+                       const json_t *last, bool again, struct error *error)
+{
+    static char word[INSPECTION_FIELDS_MAX][INSPECTION_TEXT_SIZE + 80];
+    size_t words = 0;
+    char run_text[24], was[INSPECTION_TEXT_SIZE], value[INSPECTION_TEXT_SIZE];
+    struct command_line line = day_line("record", db);
+    json_t *one = json_object(), *values = json_object();
+    bool goes_on = true;
+    snprintf(run_text, sizeof run_text, "%lld", (long long)run);
+    day_add_word(&line, kind->name);
+    day_add_word(&line, run_text);
+    for (const struct inspection_field *field = kind->field; field->name && goes_on; field++) {
+        const char *unit = field->choices ? field->choices : inspection_unit(field, false);
+        if (field->marked)
+            continue;
+        bool ends = field == kind->field && !inspection_is_single(kind);
+        inspection_format(field, field->from_last || again ? last : NULL, was);
+        char *question = xasprintf(*unit ? "%s: %s, %s (Enter: %s): " : "%s: %s%s (Enter: %s): ",
+                                   kind->words, field->words, unit,
+                                   was[0] ? was
+                                   : ends ? "none, or no more"
+                                          : "no answer");
+        do {
+            day_print_error(error);
+            json_object_clear(one);
+            goes_on = day_ask(question, value, sizeof value);
+            snprintf(word[words], sizeof word[0], "%s=%s", field->name, value[0] ? value : was);
+        } while (goes_on && inspection_read(kind, word[words], one, error) != MR_OK);
+        free(question);
+        json_object_update(values, one);
+        goes_on &= !(ends && !value[0] && !was[0]);
+        if (goes_on && (value[0] || was[0]))
+            day_add_word(&line, word[words++]);
+    }
+    if (words > 0 && !day_run_line(&line, error) && goes_on)
+        goes_on = ask_record(db, run, kind, values, true, error);
+    json_decref(values);
+    json_decref(one);
+    return goes_on;
+}
+
+void day_ask_records(struct store *store, const char *db, int64_t run, struct error *error)
+{
+    struct inspections all;
+    inspection_load(store, &all, fatal);
+    for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++) {
+        const struct inspection *last = inspection_newest(&all, kind, run);
+        if (kind->place != INSPECTION_LANDING || !last ||
+            (inspection_is_single(kind) && last->row.run == run))
+            continue;
+        while (ask_record(db, run, kind, last->values, false, error) && !inspection_is_single(kind))
+            ;
+    }
+    inspection_free(&all);
+}
