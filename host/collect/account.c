@@ -5,16 +5,16 @@
 
 #include "common/catalogue.h"
 
-/* A jump of more than half the range is a restarted sender, not a loss. */
+/* A jump of more than half the range means that the sender restarted, not that frames were lost. */
 #define SEQ_JUMP_MAX 0x8000u
 #define SEQ_RANGE    0x10000
 
-/* Upper limit on CAN: at 1 Mbit/s an empty frame takes 47 bit times, so 21 frames fit into a
- * block. */
+/* Maximum number of CAN frames per block: at 1 Mbit/s an empty frame takes 47 bit times, so 21
+ * frames fit into 1 ms. */
 #define CAN_FRAMES_PER_BLOCK_MAX    21
 /* blocks between two readings of an idle board (firmware/schedule.def) */
 #define IDLE_READING_PERIOD_BLOCKS  100
-/* tolerance for lost clock messages, which are sent every 100 blocks */
+/* Clock messages are sent every 100 blocks; several of them may be lost. */
 #define CLOCK_LOSS_TOLERANCE_BLOCKS 1000
 
 void account_start(struct account *account, enum link_kind kind)
@@ -45,7 +45,8 @@ void account_confirm_board_time(struct account *account)
     account->is_time_unconfirmed = false;
 }
 
-/* True if that many frames fit between the two blocks. An unknown block (-1) excludes nothing. */
+/* True if `frames` frames fit between the two blocks. If a block is not known (-1), any number
+ * fits. */
 static bool is_can_frame_count_possible(int64_t frames, int64_t from_block, int64_t to_block)
 {
     return frames >= 0 && (from_block < 0 || to_block < 0 ||
@@ -68,7 +69,8 @@ bool account_apply_message_count(struct account *account, const struct mr_messag
         !is_can_frame_count_possible((int64_t)(count->count - account->board_count[place]),
                                      account->board_count_block[place], get_newest_block(account)))
         return false;
-    /* The board's count does not include the message_count that carries it. */
+    /* The board counts a message_count only after sending it, so the count in it excludes
+     * itself. */
     int64_t received = account->received_count[place] - (place == MR_INDEX_MESSAGE_COUNT);
     if (account->board_count_known[place] || account->logged_since_start) {
         bool known = account->board_count_known[place];
@@ -108,16 +110,16 @@ static struct store_gap make_gap(const struct account *account, const char *mess
     return gap;
 }
 
-/* Adds a gap to the list. If the list is full, the total is still correct and only the row is
- * missing; the collector empties the list after every frame. */
+/* Adds a gap to the list, which the collector empties after every frame. If the list is full, the
+ * row is lost, but the total remains correct. */
 static void add_gap(struct account *account, struct store_gap gap)
 {
     if (account->gap_count < ACCOUNT_GAPS_MAX)
         account->gap[account->gap_count++] = gap;
 }
 
-/* Estimates the frames in the bytes that this computer lost before a restart of the board, by
- * the mean frame size so far: no sequence number covers them. */
+/* Estimates how many frames were in the bytes that this computer lost before the board restarted,
+ * from the mean frame size so far. Sequence numbers do not show this loss. */
 static void add_lost_bytes(struct account *account)
 {
     int64_t lost = account->received_bytes > 0
@@ -193,8 +195,8 @@ void account_add_can_frame(struct account *account)
     account->received_since_doubt++;
 }
 
-/* Records the suspected gaps since the last can_health if they are `believed`; otherwise drops
- * them. */
+/* Handles the suspected gaps since the last can_health: records them if they are `believed`,
+ * otherwise discards them. */
 static void settle_suspected_gaps(struct account *account, bool believed)
 {
     for (size_t i = 0; believed && i < account->suspected_gap_count; i++)
@@ -221,7 +223,8 @@ static int64_t sum_queue_losses(const struct account *account)
     return sum;
 }
 
-/* Records the lost CAN frames that the queues counted; returns the remaining number. */
+/* Records the lost CAN frames that this computer's queues counted; returns the number of lost
+ * frames that remain. */
 static int64_t add_queue_gaps(struct account *account, int64_t lost, int64_t block)
 {
     for (size_t i = 0; i < ACCOUNT_QUEUE_COUNT; i++) {
@@ -254,8 +257,9 @@ void account_add_link_fault(struct account *account, enum link_fault fault, int6
         account->loss_cause = "away";
 }
 
-/* Adds the frames lost between two can_health messages: those that the queues counted under the
- * queues' causes, the rest under the cause that the link reported, or "link". */
+/* Records the frames lost between two can_health messages: those that this computer's queues
+ * counted under the queues' causes, the others under the cause that the link reported, or
+ * "link". */
 static void add_lost_frames(struct account *account, int64_t lost, int64_t block)
 {
     const char *cause = account->loss_cause ? account->loss_cause : "link";
@@ -266,8 +270,8 @@ static void add_lost_frames(struct account *account, int64_t lost, int64_t block
                                   account->sent_count_block, block));
 }
 
-/* True if the message continues the last accepted one. Otherwise the message is doubtful until a
- * later one continues it. */
+/* True if the count of the message continues the last accepted one. Otherwise the message is
+ * doubted until a later one continues from it. */
 static bool is_sent_count_plausible(struct account *account, const struct mr_can_health *health,
                                     int64_t block)
 {
@@ -280,7 +284,8 @@ static bool is_sent_count_plausible(struct account *account, const struct mr_can
     if (account->doubted_count_known &&
         is_can_frame_count_possible((int32_t)(health->sent - account->doubted_sent_count),
                                     account->doubted_count_block, block)) {
-        account->sent_count = account->doubted_sent_count; /* the board restarted unnoticed */
+        /* the board restarted without a hello being received */
+        account->sent_count = account->doubted_sent_count;
         account->sent_count_block = account->doubted_count_block;
         account->received_since_health = account->received_since_doubt;
         account->doubted_count_known = false;
@@ -299,15 +304,16 @@ void account_apply_can_health(struct account *account, const struct mr_can_healt
     if (!is_sent_count_plausible(account, health, block))
         return;
     if (account->sent_count_known) {
-        /* This frame is counted as received, but its `sent` does not include it yet. */
+        /* This can_health is already counted as received, but its `sent` does not include
+         * itself. */
         int64_t lost = (int64_t)(uint32_t)(health->sent - account->sent_count) -
                        (account->received_since_health - 1);
         settle_suspected_gaps(account, lost > 0);
         if (lost > 0)
             add_lost_frames(account, lost, block);
     } else {
-        /* Frames that the queues have lost so far were sent before this message, but not before
-         * logging began. */
+        /* The queues lost these frames before this message arrived. Frames that they lost before
+         * logging began do not count. */
         if (account->frames_before_log < 0) {
             int64_t before = (int64_t)health->sent - (account->received_since_health - 1);
             int64_t in_queue = sum_queue_losses(account);
@@ -316,7 +322,8 @@ void account_apply_can_health(struct account *account, const struct mr_can_healt
             account->logged_since_start = account->frames_before_log == 0;
             if (lost > 0)
                 add_lost_frames(account, lost, block);
-        } else if (sum_queue_losses(account) > 0) { /* the board and its counter restarted */
+            /* the board restarted, which reset its counter */
+        } else if (sum_queue_losses(account) > 0) {
             add_lost_frames(account, sum_queue_losses(account), block);
         }
         settle_suspected_gaps(account, false);
@@ -357,8 +364,8 @@ void account_add_series_message(struct account *account, unsigned number, int64_
     int64_t last = account->last_series_block[number];
     int64_t missing = (block - last) / series->blocks - 1;
     account->last_series_block[number] = block;
-    /* a step of IDLE_READING_PERIOD_BLOCKS may come from an idle board that serial has not
-     * confirmed yet */
+    /* A step of IDLE_READING_PERIOD_BLOCKS may be due to an idle board: serial may not have
+     * confirmed yet that it is armed. */
     if (last < 0 || block < 0 || missing <= 0 || block - last == IDLE_READING_PERIOD_BLOCKS)
         return;
     char channels[16];
@@ -384,7 +391,7 @@ void account_add_block(struct account *account, uint32_t index)
 
 void account_end(struct account *account)
 {
-    /* frames missing between readings are part of the queues' losses */
+    /* frames missing between readings are part of the losses in the queues */
     int64_t in_queue = sum_queue_losses(account) - account->suspected_frames;
     if (in_queue > 0) {
         account->counts.lost += in_queue;

@@ -2,10 +2,10 @@
  *
  * Serial: every frame has a number; a jump in the numbers is the number of lost frames. CAN: frames
  * have no numbers. `can_health.sent` counts the frames queued before that can_health, and its
- * increase is compared with the frames received since the previous can_health. Messages of a series
- * (common/catalogue.h) also step by a fixed number of blocks while a landing is recorded, which
- * shows which frames are missing. A missing step is not proof of a loss; it counts when the next
- * can_health confirms that frames are lost, or when the link ends.
+ * increase is compared with the frames received since the previous can_health. While a landing is
+ * recorded, the block numbers of the messages of a series (common/catalogue.h) increase in fixed
+ * steps; a larger step shows which frames may be missing. They count as lost when the next
+ * can_health confirms a loss, or when the link ends.
  *
  * Causes of losses, as far as the link detected them: queue (the receive queue of this computer);
  * lock, slow disk, full disk, processor (the queue to the campaign had no room, for that reason);
@@ -17,9 +17,9 @@
  * message it sent on the link. It is compared with the number of those messages received when the
  * count arrives. Losses after the last count before a restart cannot be determined.
  *
- * On CAN, any node may have sent a can_health or message_count. A count that the bus cannot have
- * carried since the last one is ignored; a can_health of this kind is accepted if the next one
- * continues from it.
+ * On CAN, any node may have sent a can_health or message_count. A count is ignored if the bus
+ * cannot have carried that many frames since the last one. Such a can_health is accepted later if
+ * the next one continues from it.
  *
  * Frames that the board itself dropped are reported in can_health and serial_health and counted
  * separately. Pure functions; gaps are stored in `gap` until the caller takes them. */
@@ -31,7 +31,7 @@
 #include "host/store/store.h"
 
 #define ACCOUNT_GAPS_MAX    32u
-/* number of causes: the kernel's queue, and the queue to the campaign (four causes) */
+/* number of causes: one for the kernel's queue, four for the queue to the campaign */
 #define ACCOUNT_QUEUE_COUNT 5u
 
 struct account {
@@ -48,10 +48,10 @@ struct account {
     bool sent_count_known;
     uint32_t sent_count; /* count of the last accepted can_health */
     int64_t sent_count_block;
-    /* number of frames received since that can_health, including it */
+    /* frames received from that can_health on, including it */
     int64_t received_since_health;
-    /* An implausible can_health, stored until a second one continues from it, and the number of
-     * frames received since, including that can_health. */
+    /* An implausible can_health, which is accepted if a second one continues from it, and the
+     * number of frames received from it on, including it. */
     bool doubted_count_known;
     uint32_t doubted_sent_count;
     int64_t doubted_count_block, received_since_doubt;
@@ -64,18 +64,19 @@ struct account {
     /* block of the last message of each series; -1: none */
     int64_t last_series_block[MR_SERIES_PACK_COUNT];
 
-    /* all frames that the board sent since its start were sent while logging */
+    /* logging began before the board started, so that all its frames since then count */
     bool logged_since_start;
     /* number of frames of each message received since the board started, or since logging began */
     int64_t received_count[MR_MESSAGE_COUNT];
     bool board_count_known[MR_MESSAGE_COUNT];
-    uint32_t board_count[MR_MESSAGE_COUNT]; /* the board's last count of each message */
-    /* block of that count, from the last can_health or serial frame */
+    /* newest count of each message that the board reported */
+    uint32_t board_count[MR_MESSAGE_COUNT];
+    /* block at which that count arrived, according to the last can_health or serial frame */
     int64_t board_count_block[MR_MESSAGE_COUNT];
     /* number of frames of the message received by the time the board's count arrived */
     int64_t received_at_board_count[MR_MESSAGE_COUNT];
-    /* number of missing frames by all counts so far, in all boots, including frames that the board
-     * dropped */
+    /* number of missing frames according to all counts, over all starts of the board, including
+     * frames that the board dropped */
     int64_t missing_count[MR_MESSAGE_COUNT];
     /* number of frames received more often than they were sent */
     int64_t repeated_count[MR_MESSAGE_COUNT];
@@ -97,29 +98,29 @@ struct account {
 };
 
 void account_start(struct account *account, enum link_kind kind);
-/* Resets the counters after a restart of the board. `whole`: logging continues from the board's
- * first frame, so no frame of this start is missed. */
+/* Resets the counters after a restart of the board. `whole`: logging continued during the restart,
+ * so no frame of this start is missed. */
 void account_restart(struct account *account, bool whole);
-/* Call after account_restart if the first serial frames of this start, from number 0 on, may be
- * lost: they are then counted. */
+/* Call after account_restart if the first serial frames of this start may be lost. Frames missing
+ * from number 0 on then count as lost. */
 void account_expect_first_frame(struct account *account);
-/* Call when a landing begins or ends on this link: steps and block numbers are not compared across
- * this moment. */
+/* Call when a landing begins or ends on this link: block numbers before and after this moment are
+ * not compared. */
 void account_reset_series_steps(struct account *account);
 
 /* account_add_message adds a received message, already counted as a frame;
- * account_apply_message_count applies the board's count of one message. Returns false if the count
- * was ignored because the board may have restarted unnoticed: its count decreased, or frames were
- * lost before it and no board time has arrived since. Counts only grow, so the next count includes
- * the ignored one. */
+ * account_apply_message_count applies the board's count of one message. The latter returns false if
+ * it ignored the count, because the board may have restarted without notice: the count decreased,
+ * or frames were lost before it and no board time has arrived since. Nothing is lost by that,
+ * because the next count includes the ignored one. */
 void account_add_message(struct account *account, unsigned place); /* enum mr_message_index */
 bool account_apply_message_count(struct account *account, const struct mr_message_count *count);
-/* Call when a board time has arrived that continues from the previous ones, so the board has not
- * restarted. */
+/* Call when a board time has arrived that continues the earlier times, which shows that the board
+ * has not restarted. */
 void account_confirm_board_time(struct account *account);
 
 /* Adds a received frame. `block`: newest block known on the link, including that of this frame; -1:
- * none. Call it before the content of the frame is accounted. */
+ * none. Call it before the functions for the content of the frame. */
 void account_add_serial_frame(struct account *account, uint16_t seq, int64_t block);
 void account_add_can_frame(struct account *account);
 /* Applies the content of the frame that was just added: a can_health on CAN; the count of dropped

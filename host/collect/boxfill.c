@@ -63,8 +63,8 @@ static enum mr_status create_landing(struct store *store, int64_t session,
     return status;
 }
 
-/* Begins to handle messages of the box like those of a link, in the session and boot of the
- * landing: rows that the log already has are marked, not duplicated. */
+/* Begins to process the messages of the black box in the session and boot of the landing, as if a
+ * link had delivered them. Rows that the log already has are marked and not added again. */
 static void begin_box_collector(struct box_collector *m, struct store *store,
                                 const struct store_landing *landing)
 {
@@ -77,7 +77,8 @@ static void begin_box_collector(struct box_collector *m, struct store *store,
     m->side.current_landing = &m->slot;
 }
 
-/* Applies the newest state of the record. A landing whose end was logged stays ended. */
+/* Applies the newest state of the record. If the log already has the end of the landing, the
+ * landing stays ended. */
 static enum mr_status apply_newest_state(struct box_collector *m, const struct mr_record *record,
                                          bool made, struct error *error)
 {

@@ -11,7 +11,7 @@
 
 struct boxfill {
     int64_t run;
-    bool is_new_landing; /* no landing of the database matched, so a new one was made */
+    bool is_new_landing; /* no landing in the database matched, so a new one was added */
     int64_t block_count; /* number of blocks in the record */
     int64_t filled_blocks, filled_edges;
     /* number of blocks missing between the first and the last one: lost by the board, or on pages
@@ -19,9 +19,9 @@ struct boxfill {
     int64_t missing_blocks;
 };
 
-/* Adds a record. `run` 0: the landing with the same board, number and arming time; a new one is
- * made if there is none. Existing blocks and edges are not changed. Added blocks belong to a
- * separate session, ended by "black box". An event `blackbox` records the transfer (code: record,
+/* Adds a record. `run` 0: the landing with the same board, number and arming time, or a new landing
+ * if there is none. Blocks and edges that the database has are not changed. Added blocks belong to
+ * a separate session, ended by "black box". An event `blackbox` records the transfer (code: record,
  * detail: blocks filled, value: blocks absent). Configuration, calibration, results, bands, quality
  * and events are stored as a log stores them. MR_MALFORMED: the start page of the record is missing
  * or has another layout. */

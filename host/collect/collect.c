@@ -98,7 +98,8 @@ bool collector_pop_answer(struct collector *collector, struct collector_answer *
     return true;
 }
 
-/* Stores one event per fault, with the number of occurrences since the last event. */
+/* Stores one event for each kind of link fault, with the number of occurrences since the last such
+ * event. */
 static enum mr_status record_link_faults(struct collector *collector, struct link_side *side,
                                          struct error *error)
 {

@@ -9,8 +9,8 @@
 #include "host/board/config_text.h"
 
 /* Rejects a message of a board other than the known one. On serial this ends the log. On CAN the
- * message may be from another node, unless several such messages arrive in a row and serial has
- * ended and cannot identify the board. */
+ * message may come from another node. The log ends only if several such messages arrive in a row
+ * after serial, which could identify the board, has ended. */
 static enum mr_status reject_other_board(struct collector *collector, struct link_side *side,
                                          enum mr_status why, const char *now, struct error *error)
 {
@@ -48,8 +48,8 @@ static enum mr_status handle_hello(struct collector *collector, struct link_side
     return MR_OK;
 }
 
-/* Handles words `part` of the chip's unique id. Returns false if they belong to another board;
- * `error` is set if the log cannot continue. */
+/* Handles words `part` of the chip's unique id. Returns false if they belong to another board; sets
+ * `error` if the log cannot continue. */
 static bool handle_uid(struct collector *collector, struct link_side *side, unsigned part,
                        const uint32_t *words, size_t count, struct error *error)
 {
@@ -58,7 +58,7 @@ static bool handle_uid(struct collector *collector, struct link_side *side, unsi
     bool same = memcmp(known, words, count * sizeof *words) == 0;
     if (!(collector->reported.uid_parts & part) || same ||
         (vouched && !collector->reported.uid_from_serial)) {
-        if (vouched && !same) /* the CAN data so far came from another board */
+        if (vouched && !same) /* the CAN data received so far came from another board */
             collector->side[LINK_CAN].own_board_seen = false;
         memcpy(known, words, count * sizeof *words);
         collector->reported.uid_parts |= part;
@@ -75,7 +75,7 @@ static bool handle_uid(struct collector *collector, struct link_side *side, unsi
     return false;
 }
 
-/* Updates the row of an open landing with the identity learned since. */
+/* Updates the row of an open landing with the identity received since its beginning. */
 static enum mr_status update_landing_identity(struct collector *collector, struct link_side *side,
                                               struct error *error)
 {
@@ -197,8 +197,8 @@ static enum mr_status handle_slack(struct collector *collector, const struct lin
         (known->slack_in == segment.slack_in ||
          (isnan(known->slack_in) && isnan(segment.slack_in))))
         return MR_OK;
-    /* a board that restarted during a landing has lost its survey, but the landing's survey is
-     * still valid */
+    /* A board that restarts during a landing loses its survey, but the survey stored for the
+     * landing is still valid. */
     bool forgotten = collector->reported.segment_known[message->segment] &&
                      !isnan(known->slack_in) && isnan(segment.slack_in);
     *known = segment;
@@ -302,7 +302,7 @@ bool collector_needs_configuration(const struct collector *collector)
                  collector->reported.identity.config_crc != STORE_NONE;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         if (collector->side[kind].current_landing)
-            /* the board does not send its configuration from arming to the end of the landing */
+            /* from arming to the end of the landing the board does not send its configuration */
             return false;
     }
     return known &&

@@ -9,16 +9,17 @@
 #include "host/store/store.h"
 #include "host/store/store_journal.h"
 
-/* A link is silent if its newest block is this far behind the other link's. Clocks are sent every
- * 100 blocks. */
+/* A link is silent if its newest block is this far behind that of the other link. Clock messages
+ * arrive every 100 blocks. */
 #define LINK_SILENCE_MIN_BLOCKS 300
-/* Once one link has the end of the landing, a silent link is waited for only this long: its cable
- * was probably unplugged. Links are read in step, so no data of a silent link is waiting. */
+/* Time to wait for a silent link after the other link has delivered the end of the landing. The
+ * links are read in step, so the silent link has no unread data; its cable was probably
+ * unplugged. */
 #define SILENT_LINK_WAIT_BLOCKS 5000
-/* CAN fills in this far around a loss on serial, because a message may describe an earlier
- * moment. */
+/* CAN data is used up to this far before and after a gap in the serial data, because a message may
+ * describe an earlier moment. */
 #define FILL_MARGIN_BLOCKS      1000
-/* the newest known block may be this much older than the present */
+/* largest age of the newest known block */
 #define CLOCK_AGE_MAX_BLOCKS    1000
 
 /* Records a gap for the part of a landing that a link did not deliver. */
@@ -47,13 +48,13 @@ static enum mr_status add_silence_gap(struct collector *collector, const struct 
 /* Fills the losses of serial with CAN data after a landing. */
 struct gap_filler {
     struct collector *collector;
-    struct link_side can; /* state of the CAN side at the time of the frame */
+    struct link_side can; /* state of the CAN side when the frame was received */
     struct store_gap *gaps;
     size_t count;
     struct error *error;
 };
 
-/* True if serial lost data near that block. */
+/* True if serial lost data near block `block`. */
 static bool is_lost_on_serial(const struct gap_filler *filler, int64_t block)
 {
     for (size_t i = 0; i < filler->count; i++) {
@@ -67,8 +68,8 @@ static bool is_lost_on_serial(const struct gap_filler *filler, int64_t block)
     return false;
 }
 
-/* Handles a stored frame of gear, predictor or bands as if it were received now. Existing rows are
- * not changed. */
+/* Processes a stored frame of gear, predictor or bands as if it had just been received. Existing
+ * rows are not changed. */
 static enum mr_status fill_frame(void *context, const struct store_frame *frame)
 {
     struct gap_filler *filler = context;
@@ -133,8 +134,8 @@ enum mr_status collect_finish_landing(struct collector *collector, struct landin
     return status;
 }
 
-/* Finishes each landing that every link has left, during which it ended, or that it is known to
- * have missed. */
+/* Finishes each landing that is over on every link: the link has left it, or ended during it, or is
+ * known to have missed it. */
 enum mr_status collect_finish_ended_landings(struct collector *collector, struct error *error)
 {
     for (size_t i = 0; i < LANDING_SLOT_COUNT; i++) {
@@ -237,12 +238,13 @@ static enum mr_status enter_landing(struct collector *collector, struct link_sid
     collect_leave_landing(side);
     if (!slot)
         status = create_slot(collector, side, landing, armed_block, host_us, &slot, error);
-    else /* in this case the link reported the configuration before the landing */
+    else /* otherwise the link reported the configuration before the landing */
         status = collect_write_configuration(collector, slot, error);
     if (status != MR_OK)
         return status;
     if (side->kind == LINK_CAN && !slot->link_entered[LINK_CAN])
-        /* a CAN frame has the time of its arrival, serial bytes the time at which they were read */
+        /* Use the time of CAN: a CAN frame has the time of its arrival, serial bytes only the time
+         * at which they were read. */
         slot->row.armed_us = (int64_t)host_us;
     slot->link_entered[side->kind] = true;
     side->current_landing = slot;
@@ -278,7 +280,8 @@ enum mr_status collect_handle_landing(struct collector *collector, struct link_s
                                       bool *believed, struct error *error)
 {
     int64_t newest = collect_newest_block(side);
-    /* on CAN, an invalid state, one in the future, or one that a controller delayed is rejected */
+    /* On CAN, reject a state that is invalid, later than the present, or delayed by a
+     * controller. */
     *believed = side->kind != LINK_CAN ||
                 (landing->state <= MR_LANDING_DONE && landing->cause <= MR_LANDING_BY_LIMIT &&
                  landing->block >= side->state_block &&

@@ -1,8 +1,9 @@
-/* Frames of the two links: time, losses, board and raw row; collect_message.c handles the content.
+/* Processing of frames of the two links: board time, losses, identity of the board, and storage of
+ * the raw frame. collect_message.c processes the content.
  *
  * Serial connects to one board; on CAN any node may send. Serial is therefore the record while it
- * is connected: of messages sent on both links only the serial copy is used. CAN frames are stored
- * raw and shown; after a landing they fill the losses of serial (collect_landing.c). */
+ * is connected: if a message is sent on both links, only the serial copy is used. CAN frames are
+ * stored raw and shown; after a landing they fill gaps in the serial data (collect_landing.c). */
 #include <math.h>
 #include <string.h>
 
@@ -10,19 +11,20 @@
 #include "host/collect/collect.h"
 #include "host/collect/collect_state.h"
 
-/* largest age of a message: messages of a link are in order, a prediction may describe an earlier
- * moment, and clocks are sent every 100 blocks */
+/* largest age of a message: messages of a link arrive in order, a prediction may describe an
+ * earlier moment, and clock messages arrive every 100 blocks */
 #define MESSAGE_AGE_MAX_BLOCKS 2000
 #define READING_AGE_MAX_BLOCKS 200
 #define CLOCK_AGE_MAX_BLOCKS   1000
 
-/* serial is silent if CAN is this far ahead of it, or of CAN's first clock */
+/* serial is silent if it is this far behind CAN, or, before its first data, behind CAN's first
+ * clock message */
 #define SERIAL_SILENCE_MIN_BLOCKS 1000
 #define FRAME_MARK_PERIOD_BLOCKS  5000
 #define SAME_START_MAX_BLOCKS     10000
 
-/* Handles a restart of the board. `hello`: its first hello, in the next frame; NULL: not
- * received. */
+/* Handles a restart of the board. `hello`: the board's first hello after it, in the next frame;
+ * NULL: not received. */
 static enum mr_status handle_restart(struct collector *collector, struct link_side *side,
                                      uint64_t host_us, const struct mr_hello *hello,
                                      struct error *error)
@@ -62,7 +64,7 @@ static enum mr_status handle_restart(struct collector *collector, struct link_si
     return store_event_put(collector->store, &event, error);
 }
 
-/* Gets the full block index of a message and its tick. Returns false if the message has none. */
+/* Gets block index and tick of a clock message. Returns false for other messages. */
 static bool get_clock_fields(const struct mr_message *message, uint32_t *block, uint32_t *tick)
 {
     bool sync = message->index == MR_INDEX_SYNC;
@@ -72,7 +74,7 @@ static bool get_clock_fields(const struct mr_message *message, uint32_t *block, 
 }
 
 /* Updates the board time from a message. A clock with tick 0 means that scanning is stopped, so its
- * block is not a time. On CAN any node may have sent it. */
+ * block is not a time. On CAN the message may come from another node. */
 static enum timebase_result update_board_time(struct link_side *side,
                                               const struct mr_message *message)
 {
@@ -116,8 +118,8 @@ static enum mr_status store_raw_frame(struct collector *collector, const struct 
     return store_frame_put(collector->store, collector->session, frame, error);
 }
 
-/* True, only for CAN, if the board cannot send a message with this time now. Allows for the pause
- * since the last message and for delays in queues. */
+/* True if the board cannot have sent a message with this time by now, considering the pause since
+ * the last message and delays in queues. Always false for serial. */
 static bool is_impossible_time(const struct link_side *side, const struct mr_message *message,
                                uint64_t host_us)
 {
@@ -141,16 +143,17 @@ static bool is_serial_record(const struct collector *collector)
                            *serial = &collector->side[LINK_SERIAL];
     int64_t spoke = serial->timebase.is_block_known ? collect_newest_block(serial)
                                                     : can->first_clock_block;
-    /* CAN is behind: it delivers frames that serial delivered before the restart */
+    /* CAN is behind: it still delivers frames from before a restart that serial has already
+     * reported */
     bool behind = serial->boot > can->boot;
     return !serial->has_ended &&
            (behind || (serial->boot == can->boot &&
                        can->newest_clock_block - spoke <= SERIAL_SILENCE_MIN_BLOCKS));
 }
 
-/* Each link counts restarts on its own. CAN may miss a short restart, or mistake another node's
- * message for a restart. CAN adopts serial's count when both links had the same time for longer
- * than CAN can lag. */
+/* Adopts serial's count of restarts for CAN. Each link counts by itself, and CAN may miss a short
+ * restart or mistake another node's message for one. The count is adopted when both links have had
+ * the same time for longer than CAN can be behind. */
 static void adopt_serial_boot(const struct collector *collector, struct link_side *can)
 {
     const struct link_side *serial = &collector->side[LINK_SERIAL];
@@ -160,7 +163,7 @@ static void adopt_serial_boot(const struct collector *collector, struct link_sid
         can->boot = serial->boot;
 }
 
-/* Sets the arming time from CAN, where a frame has the time of its arrival; serial bytes have the
+/* Sets the arming time from CAN: a CAN frame has the time of its arrival, serial bytes only the
  * time at which they were read. */
 static enum mr_status set_arming_time_from_can(struct collector *collector, struct link_side *can,
                                                const struct collector_event *event,
@@ -181,8 +184,8 @@ static enum mr_status set_arming_time_from_can(struct collector *collector, stru
     return store_landing_put(collector->store, &slot->row, error);
 }
 
-/* Stores the row of the newest frame from time to time. The next landing begins at a row some
- * seconds back. */
+/* Stores the row of the newest frame at intervals. The next landing begins at a stored row from
+ * some seconds ago. */
 static enum mr_status mark_newest_frame_row(struct collector *collector, struct link_side *can,
                                             struct error *error)
 {
@@ -202,12 +205,13 @@ static bool is_sent_on_both_links(const struct mr_message *message)
     case MR_INDEX_CAN_HEALTH:
     case MR_INDEX_MESSAGE_COUNT:
     case MR_INDEX_CAN_ALARM:
-    case MR_INDEX_CONFIG_IMAGE: return false; /* these messages differ between the links */
+    /* these messages have different content on the two links */
+    case MR_INDEX_CONFIG_IMAGE: return false;
     default: return message->info->direction == MR_DIRECTION_BOTH;
     }
 }
 
-/* Assigns the landing on serial to CAN, from CAN's first block of the landing to the last. */
+/* Assigns the landing on serial to CAN data from the first block of the landing to the last. */
 static void adopt_serial_landing(struct collector *collector, struct link_side *can)
 {
     int64_t block = collect_newest_block(can);
@@ -261,7 +265,8 @@ static enum mr_status deliver_message(struct collector *collector, struct link_s
             return error->status;
         if (collector->reported.hello_known && is_sent_on_both_links(event->message)) {
             compare_can_identity(collector, side, event->message);
-            side->state_block = 0; /* the order of states starts anew when serial falls silent */
+            /* when serial falls silent, CAN's landing states are compared only with later ones */
+            side->state_block = 0;
             return MR_OK;
         }
     }
@@ -324,8 +329,8 @@ static enum mr_status handle_message(struct collector *collector, struct link_si
     return status == MR_OK ? collect_finish_ended_landings(collector, error) : status;
 }
 
-/* Decodes a frame. Returns true if it is a message of the board, or of another node with the same
- * identifiers. */
+/* Decodes a frame. Returns true if it is a catalogue message, from the board or from another node
+ * with the same identifiers. */
 static bool decode_can_frame(const struct collector *collector, const struct link_frame *frame,
                              struct mr_message *message)
 {
@@ -420,8 +425,9 @@ static enum mr_status process_serial_frame(struct collector *collector, struct l
  * board restarted. Frames after a hello on CAN, or after a loss on serial, are therefore held
  * until the time is known: some milliseconds in a landing, 0.1 s otherwise. */
 
-#define FRAME_HOLD_MAX_US 1000000u /* how long frames are held if the board sends no time */
-#define RESTART_SEQ_LIMIT 64u /* a smaller sequence number means that the board has just started */
+#define FRAME_HOLD_MAX_US 1000000u /* how long frames wait for a board time */
+/* a sequence number below this means that the board has just started */
+#define RESTART_SEQ_LIMIT 64u
 
 enum board_start { BOARD_START_UNKNOWN, BOARD_START_SAME, BOARD_START_NEW };
 
@@ -458,8 +464,8 @@ static enum mr_status process_held_frame(struct collector *collector, struct lin
              : process_serial_frame(collector, side, &frame, held->frame.host_us, error);
 }
 
-/* Handles the held frames. `start` is BOARD_START_NEW if the first of them is the first known frame
- * of a new start. */
+/* Processes the waiting frames. `start` is BOARD_START_NEW if the first of them is the first known
+ * frame of a new start. */
 static enum mr_status release_held_frames(struct collector *collector, struct link_side *side,
                                           enum board_start start, uint64_t host_us,
                                           struct error *error)
@@ -482,7 +488,7 @@ static enum mr_status release_held_frames(struct collector *collector, struct li
     return status;
 }
 
-/* Returns true if the frame is held; false if the held frames were handled, or if `error` is
+/* Returns true if the frame must wait; false if the waiting frames were processed, or if `error` is
  * set. */
 static bool hold_frame(struct collector *collector, struct link_side *side, enum board_start start,
                        const struct held_frame *held, struct error *error)
@@ -576,8 +582,9 @@ enum mr_status collector_receive_bytes(struct collector *collector, const uint8_
 /* ---- time: pairs of board clock and computer clock, the fit for each landing and boot, and
  * film frames ---- */
 
-/* Largest drift between two clocks: 200 ppm for crystals, 1 % plus drift for the board's
- * internal oscillator. A computer clock that is being slewed drifts more and is rejected. */
+/* Largest rate difference between two clocks: 200 ppm for crystals, 1 % plus drift for the board's
+ * internal oscillator. The clock of a computer that is being slewed may differ more and is then
+ * rejected. */
 #define CRYSTAL_DRIFT_PPM  200.0
 #define INTERNAL_DRIFT_PPM 20000.0
 

@@ -10,7 +10,8 @@
 #include "host/store/store.h"
 
 /* Functions collect_zone_row(), collect_zone_lead_row(), ..., one for each STORED_ROW of the
- * catalogue. Each sets the fields of the row that the message contains; others stay. */
+ * catalogue. Each sets the fields of the row that the message contains; other fields are not
+ * changed. */
 #define STORED_ROW(name, NAME, row, ...)                                               \
     static void collect_##name##_row(struct store_##row *r, const struct mr_##name *m) \
     {                                                                                  \
@@ -38,13 +39,16 @@ static enum mr_status record_landing(struct collector *collector, struct link_si
         return status;
     struct landing_slot *after = side->current_landing;
     side->current_landing = after ? after
-                                  : before; /* the message that ends a landing belongs to it */
+                                  /* the message that ends a landing still belongs to that
+                                   * landing */
+                                  : before;
     status = collect_put_state_event(collector, side, message, host_us, error);
     side->current_landing = after;
     return status;
 }
 
-/* Counts a message for the accounting of losses. The newest block already includes this reading. */
+/* Adds a message to the accounting of losses. The newest known block is at least that of this
+ * reading. */
 static enum mr_status count_message(struct collector *collector, struct link_side *side,
                                     const struct collector_event *event, struct error *error)
 {
@@ -133,7 +137,7 @@ static enum mr_status record_answer(struct collector *collector, struct link_sid
                                      .status = ack->status,
                                      .code = ack->code,
                                      .block = ack->block};
-    /* the answer to a disarm arrives after the end of its landing */
+    /* the answer to a disarm command arrives after the end of the landing that it ended */
     if (ack->code == MR_COMMAND_DISARM && !current && ack->block == side->state_block)
         side->current_landing = side->last_landing;
     enum mr_status status =
@@ -164,8 +168,8 @@ static enum mr_status handle_state_message(struct collector *collector, struct l
 static collect_message_handler collect_gear_message, collect_predict_message, collect_band_message,
     collect_health_message;
 
-/* Each topic handles its own messages, in addition to their events. A message of no topic is
- * stored only as a frame. */
+/* One function per topic. Each processes the messages of its topic, in addition to the events that
+ * they cause. A message without a topic is stored only as a frame. */
 static collect_message_handler *const message_handlers[] = {
     count_message,        handle_state_message,    collect_identity_message, collect_health_message,
     collect_gear_message, collect_predict_message, collect_band_message};
@@ -215,8 +219,8 @@ static enum mr_status record_edge(struct collector *collector, struct link_side 
     return store_edge_put(collector->store, slot->row.id, &row, error);
 }
 
-/* Rejects an edge that the board withdrew. An edge excluded only by the board's final fit stays,
- * because the host's own fit excludes it. */
+/* Rejects a switch edge that the board withdrew. An edge that only the board's final fit excluded
+ * is kept, because the host's own fit decides about it. */
 static enum mr_status record_switch_event(struct collector *collector, const struct link_side *side,
                                           const struct mr_switch_event *message,
                                           struct error *error)
@@ -229,8 +233,8 @@ static enum mr_status record_switch_event(struct collector *collector, const str
              : MR_OK;
 }
 
-/* Motion and its errors are two messages with the same block: the first is stored at once, the
- * second completes the row. A zone and its lead time are stored in the same way. */
+/* Motion and its errors are two messages with the same block: the first creates the row, the second
+ * completes it. The same holds for a zone and its lead time. */
 #define DEFINE_TWO_PART_RECORDER(name, NAME, second)                                               \
     static enum mr_status name(struct collector *collector, struct link_side *side,                \
                                const struct mr_message *m, struct error *error)                    \
@@ -254,7 +258,7 @@ static enum mr_status record_switch_event(struct collector *collector, const str
 DEFINE_TWO_PART_RECORDER(motion, MOTION, motion_error)
 DEFINE_TWO_PART_RECORDER(zone, ZONE, zone_lead)
 
-/* Touchdown and stop share a row and arrive in any order. */
+/* Touchdown and stop share a row; either message may arrive first. */
 static enum mr_status record_result(struct collector *collector, const struct link_side *side,
                                     const struct mr_message *m, struct error *error)
 {
@@ -452,7 +456,8 @@ static enum mr_status collect_predict_message(struct collector *collector, struc
 
 /* ---- bands: events, tensions, and shunt calibration of the gages ---- */
 
-/* Returns the full index of a recent block; does not advance the time. */
+/* Returns the full index of a recent block from its low 16 bits; does not change the newest
+ * block. */
 static int64_t unwrap_block(const struct link_side *side, uint16_t at_block16)
 {
     struct timebase copy = side->timebase;
@@ -470,8 +475,8 @@ static enum mr_status record_band_message(struct collector *collector, const str
     return side->current_landing ? COLLECT_PUT(band_event, &row) : MR_OK;
 }
 
-/* Stores the result or the check of a gage. They are two messages: the first is stored at once, the
- * second completes the row. */
+/* Stores the result or the check of a gage. The first of these two messages creates the row, the
+ * second completes it. */
 static enum mr_status record_shunt(struct collector *collector, struct link_side *side,
                                    const struct mr_message *m, struct error *error)
 {
@@ -490,13 +495,13 @@ static enum mr_status record_shunt(struct collector *collector, struct link_side
     } else {
         return MR_OK;
     }
-    if (side->shunt.number == 0) /* the log began during the calibration */
+    if (side->shunt.number == 0) /* logging began during the calibration */
         return MR_OK;
     return store_shunt_put(collector->store, collector->session, side->boot, row, error);
 }
 
-/* Stores a band message. Tension before and after, and smallest and largest tension, share a row. A
- * value without gage is ignored. */
+/* Stores a band message. Tension before and after, and smallest and largest tension, share a row.
+ * Values of a band without a gage are ignored. */
 static enum mr_status record_band(struct collector *collector, const struct link_side *side,
                                   const struct mr_message *m, struct error *error)
 {
@@ -562,7 +567,7 @@ static enum mr_status record_quality(struct collector *collector, const struct l
     return side->current_landing ? COLLECT_PUT(quality, &row) : MR_OK;
 }
 
-/* A row of the slow log is six messages; if one is lost, the row is lost. */
+/* A row of the slow log consists of six messages; if one of them is lost, the row is discarded. */
 static void record_slow_row(struct link_side *side, const struct mr_slow_row *message,
                             uint64_t host_us)
 {
@@ -619,7 +624,7 @@ static enum mr_status record_can_alarm(struct collector *collector, const struct
     int64_t block = collect_newest_block(side);
     struct mr_can_alarm *newest = &collector->alarm;
     bool same = newest->state == message->state && newest->outages == message->outages;
-    /* an older state was delayed in the CAN controller */
+    /* a message with an older state, delayed in the CAN controller */
     bool older = side->kind == LINK_CAN && message->outages < newest->outages;
     if (same || older)
         return MR_OK;

@@ -1,5 +1,5 @@
-/* Internal data of the collector. collect_links.c handles links and frames,
- * collect_landing.c landings, collect_message.c the content of messages, by topic. */
+/* Internal data of the collector. collect_links.c processes links and frames, collect_landing.c
+ * landings, collect_message.c the content of messages. */
 #ifndef MATRIG_HOST_COLLECT_STATE_H
 #define MATRIG_HOST_COLLECT_STATE_H
 
@@ -26,7 +26,7 @@ struct landing_slot {
     bool is_finished;
     int64_t state_block;     /* block of the newest change of state */
     int64_t end_block;       /* block at which the first link left the landing; -1: in progress */
-    int64_t begin_frame_row; /* row of a frame some seconds before the landing began */
+    int64_t begin_frame_row; /* row of a frame received some seconds before the landing began */
     bool was_interrupted;    /* the board restarted during the landing, which ended it */
     /* row of the newest CAN frame before the restart; 0: none yet */
     int64_t interruption_frame_row;
@@ -36,12 +36,13 @@ struct landing_slot {
 };
 #define LANDING_SLOT_COUNT 4u
 
-/* Number of hellos and identities of another board, without one of this board, that show a change
- * of board. A board sends each about once a second. */
+/* Number of hellos and identities of another board, without one of the known board between them,
+ * that prove a change of boards. A board sends each about once a second. */
 #define COLLECT_OTHER_BOARD_MESSAGES_MIN 3u
 
-/* A frame that waits until its boot is known: a CAN frame, or a serial frame with its type as
- * identifier. After a start the second clock arrives within 0.1 s, at 9 frames/ms. */
+/* A frame that waits until the boot of the board to which it belongs is known: a CAN frame, or a
+ * serial frame with its type as identifier. A clock message arrives within 0.1 s, and there are at
+ * most 9 frames/ms. */
 struct held_frame {
     struct link_frame frame;
     uint16_t seq;
@@ -51,12 +52,14 @@ struct held_frame {
 /* State of the collector for one link. */
 struct link_side {
     enum link_kind kind;
-    /* CAN: the newest landing message with state ARMED; armed_us: its time of reception */
+    /* CAN only: the newest landing message with state ARMED, and its time of reception in
+     * armed_us */
     struct mr_landing armed_landing;
     uint64_t armed_us;
     /* blocks of the newest accepted clock message and of the first one */
     int64_t newest_clock_block, first_clock_block;
-    /* CAN: rows of frames; [1] is at most FRAME_MARK_PERIOD_BLOCKS old, [0] is the previous mark */
+    /* CAN only: rows of two frames. [1] is at most FRAME_MARK_PERIOD_BLOCKS old, [0] is the one
+     * before it */
     int64_t marked_frame_row[2], frame_mark_block;
     const char *link_spec; /* NULL: the link is not used */
     bool has_ended;
@@ -64,24 +67,25 @@ struct link_side {
     struct timebase timebase;
     struct timebase_doubt time_doubt;
     struct timemap time_map;
-    /* the newest sync, which waits for its sync_at, and its time of reception; 0: none waits */
+    /* the newest sync message, which waits for its sync_at message, and its time of reception; 0:
+     * none */
     struct mr_sync sync;
     uint64_t sync_host_us;
     int64_t boot;
-    /* frames held since a hello on CAN, or since a loss on serial */
+    /* frames that wait for a board time, after a hello on CAN or a loss on serial */
     struct held_frame held_frames[COLLECT_HELD_FRAMES_MAX];
     size_t held_frame_count;
     struct landing_slot *current_landing;
     struct landing_slot *last_landing; /* the landing left most recently */
     struct mr_deframer deframer;
-    /* First half of a zone or motion message that waits for its second half. half_zone_block16 and
-     * half_motion_block16 have the low 16 bits of its block. */
+    /* First half of a zone or motion, waiting for the message with its second half.
+     * half_zone_block16 and half_motion_block16 are the low 16 bits of its block. */
     struct store_zone half_zone;
     struct store_motion half_motion;
     int32_t half_zone_block16, half_motion_block16;
     struct store_shunt shunt; /* the shunt calibration in progress; number 0: none */
     struct store_shunt shunt_result;
-    /* row of the slow log that is being assembled, its number, and the number of gages received */
+    /* row of the slow log being assembled, its number, and the number of gages received for it */
     struct store_slow slow_row;
     unsigned slow_row_number, slow_gage_count;
     struct mr_predictor_state runway;          /* runway state that is being assembled from parts */
@@ -103,7 +107,7 @@ struct link_side {
     struct config_words config;
 };
 
-/* Identical answers to one command within a second. A burst of them is reported once a second. */
+/* Identical answers to one command are counted for a second and then reported together. */
 #define COLLECT_ANSWERS_MAX  8u
 #define REPEATED_ANSWERS_MAX 32u
 struct repeated_answer {
@@ -114,7 +118,7 @@ struct repeated_answer {
     unsigned repeat_count;
 };
 
-/* Newest reports of the board about itself, sent by itself or on request. */
+/* Newest values that the board reported about itself, on request or not. */
 struct board_report {
     bool hello_known;
     bool landing_known;
@@ -160,20 +164,21 @@ struct collector {
     uint32_t config_stored_crc;
     struct crash_report crash[LINK_KINDS]; /* reports being assembled, one per link */
     struct crash_report stored_crash;      /* the newest stored processor fault */
-    bool crash_unread;                     /* the caller has not read `stored_crash` */
-    struct mr_can_alarm alarm;             /* newest state from either link */
+    /* `stored_crash` has not been passed to the caller yet */
+    bool crash_unread;
+    struct mr_can_alarm alarm; /* newest state from either link */
     bool alarm_unread;
-    /* NULL: the commands of this program are not known */
+    /* commands of this program; NULL: not known */
     struct collector_own_commands *own_commands;
     struct collector_answer answer[COLLECT_ANSWERS_MAX];
     /* total numbers of answers, and of those that the caller has read */
     unsigned answer_count, answers_read;
     struct repeated_answer
-        /* indexed by the code of the command modulo REPEATED_ANSWERS_MAX */
+        /* identical answers; the index is the code of the command modulo REPEATED_ANSWERS_MAX */
         repeated_answers[REPEATED_ANSWERS_MAX];
 };
 
-/* Adds a row to the landing that the side is in. */
+/* Adds a row to the landing in progress on this side. */
 #define COLLECT_PUT(table, value) \
     store_##table##_put(collector->store, side->current_landing->row.id, value, error)
 
@@ -182,12 +187,12 @@ int64_t collect_newest_block(const struct link_side *side);
 /* Returns the board time of a message: that of its block if it has one, otherwise the newest known
  * time. `message` NULL: a frame that is not a message. */
 int64_t collect_board_time(const struct link_side *side, const struct mr_message *message);
-/* Returns the block of the event that a message reports, if it is recent; -1: not known, or the
- * message has no block. */
+/* Returns the block of the event that a message reports, if the event is recent; -1: not known, or
+ * the message has no block. */
 int64_t collect_event_block(struct link_side *side, const struct mr_message *message);
 /* Returns the bit of the side's link in `links` of a row. */
 int64_t collect_link_bit(const struct link_side *side);
-/* Adds an event, to the landing that the side is in if there is one. */
+/* Adds an event; it belongs to the landing in progress on this side, if there is one. */
 enum mr_status collect_put_event(struct collector *collector, const struct link_side *side,
                                  const char *kind, int64_t block, int64_t code, int64_t detail,
                                  int64_t value, uint64_t host_us, struct error *error);
@@ -201,27 +206,27 @@ enum mr_status collect_release_held_frames(struct collector *collector, struct l
 enum mr_status collect_store_gaps(struct collector *collector, struct link_side *side,
                                   struct error *error);
 
-/* Processes an accepted message. Each topic is handled in the file of its name. */
+/* Processes an accepted message. The file of each topic has a function of this type. */
 typedef enum mr_status collect_message_handler(struct collector *collector, struct link_side *side,
                                                const struct collector_event *event,
                                                struct error *error);
 collect_message_handler collect_message;
-/* collect_reprocess_message processes a message a second time, for the landing to which it turns
- * out to belong: events, gear, predictor and bands. */
+/* collect_reprocess_message processes a message again, for the landing to which it belongs: events,
+ * gear, predictor and bands. */
 collect_message_handler collect_reprocess_message, collect_identity_message;
-/* Adds a change of a landing's state as an event of the landing that the side is in. */
+/* Stores a change of the landing's state as an event of the landing in progress on this side. */
 enum mr_status collect_put_state_event(struct collector *collector, const struct link_side *side,
                                        const struct mr_landing *message, uint64_t host_us,
                                        struct error *error);
-/* Writes the known parameters of the predictor for a landing that begins. */
+/* Stores the known parameters of the predictor with a landing that begins. */
 enum mr_status collect_write_parameters(struct collector *collector,
                                         const struct landing_slot *slot, struct error *error);
-/* Writes the known parts of the configuration for a landing that begins. */
+/* Stores the known parts of the configuration with a landing that begins. */
 enum mr_status collect_write_configuration(struct collector *collector,
                                            const struct landing_slot *slot, struct error *error);
 
-/* Pairs of board and host time, and film frames. collect_put_time_map writes the time map of a
- * landing that is over (`slot` NULL: of the boot that is over). */
+/* Pairs of board and host time, and film frames. collect_put_time_map stores the time map of a
+ * landing that has ended (`slot` NULL: of a boot that has ended). */
 void collect_handle_sync(struct link_side *side, const struct mr_sync *sync, uint64_t host_us);
 void collect_handle_sync_at(struct link_side *side, const struct mr_sync_at *sync_at);
 void collect_handle_clock(struct link_side *side, const struct mr_clock *clock, uint64_t host_us);
@@ -232,8 +237,8 @@ enum mr_status collect_put_time_map(struct collector *collector, const struct li
 enum mr_status collect_handle_film_frame(struct collector *collector, struct link_side *side,
                                          const struct mr_film_frame *frame, struct error *error);
 
-/* Handles a state of a landing that the side reports: enters, follows or leaves the landing.
- * `*believed` false: the state cannot be current, and nothing was done. */
+/* Handles a state of a landing that the side reports: begins, updates or ends the landing for this
+ * side. `*believed` false: the state cannot be current, and nothing was done. */
 enum mr_status collect_handle_landing(struct collector *collector, struct link_side *side,
                                       const struct mr_landing *landing, uint64_t host_us,
                                       bool *believed, struct error *error);
@@ -242,8 +247,8 @@ void collect_leave_landing(struct link_side *side);
 /* Finishes a landing: data that a link should have sent and that is missing becomes a gap. */
 enum mr_status collect_finish_landing(struct collector *collector, struct landing_slot *slot,
                                       struct error *error);
-/* Calls collect_finish_landing for each landing that every link has left, during which it ended, or
- * that it is known to have missed. */
+/* Calls collect_finish_landing for each landing that is over on every link: the link has left it,
+ * or ended during it, or is known to have missed it. */
 enum mr_status collect_finish_ended_landings(struct collector *collector, struct error *error);
 
 #endif

@@ -5,12 +5,13 @@
 #include "common/block.h"
 
 #define RESTART_MIN_BLOCKS     1000
-/* Clocks are sent every 100 blocks. The limit must be below RESTART_MIN_BLOCKS: otherwise a block
- * from another node looks like a restart. */
+/* Clock messages arrive every 100 blocks. The limit must be below RESTART_MIN_BLOCKS; otherwise a
+ * block of another node could be mistaken for a restart. */
 #define CLOCK_STEP_MAX_BLOCKS  500
 /* Block records and messages can overtake each other in the board's serial queues by this much. */
 #define OVERTAKE_MAX_BLOCKS    100
-#define ORIGIN_TOLERANCE_TICKS 8400 /* 0.1 ms; the origin is constant while the board runs */
+/* 0.1 ms; the tick at block 0 is constant while the board runs */
+#define ORIGIN_TOLERANCE_TICKS 8400
 
 bool timebase_apply_block(struct timebase *timebase, uint32_t block)
 {

@@ -14,28 +14,29 @@ struct timebase {
     uint32_t origin;            /* common/block.h */
 };
 
-/* Applies a whole block index. Returns true if it is a second or more before the newest one: the
- * board restarted. */
+/* Applies a full block index. Returns true if it is at least a second before the newest one, which
+ * means that the board has restarted. */
 bool timebase_apply_block(struct timebase *timebase, uint32_t block);
 /* As timebase_apply_block, with the value of TIM2 at the first trigger of the block. */
 bool timebase_apply_clock(struct timebase *timebase, uint32_t block, uint32_t tick);
 
 enum timebase_result { TIMEBASE_CONTINUES, TIMEBASE_RESTARTED, TIMEBASE_DOUBTFUL };
-/* A board time that does not continue from the known one; a second one must confirm it. */
+/* A board time that does not continue from the known one, until a second one confirms it. */
 struct timebase_doubt {
     bool is_pending;
     uint32_t block, origin;
 };
 /* As timebase_apply_clock, on a link on which other nodes may send. A time that does not continue
- * from the known one is doubted and changes nothing until the next one continues from it. `hello`:
- * a hello was received since the last clock, so a clock that goes back by any amount is doubted. */
+ * from the known one changes nothing until a second one continues from it. `hello`: a hello was
+ * received since the last clock, so a clock that goes back by any amount is doubted. */
 enum timebase_result timebase_check_clock(struct timebase *timebase, struct timebase_doubt *doubt,
                                           uint32_t block, uint32_t tick, bool hello);
 /* For a link that keeps the order of frames. Returns true if the block is before the newest one, by
  * any amount: the board restarted. */
 bool timebase_is_restart(const struct timebase *timebase, uint32_t block);
 /* Returns the block with these low 16 bits that is nearest to the newest block. It becomes the
- * newest if it is later by less than half a second; larger steps are accepted only from a clock.
+ * newest block if it is later by less than half a second; larger steps are accepted only from a
+ * clock message.
  * -1: not known. */
 int64_t timebase_unwrap(struct timebase *timebase, uint16_t block16);
 /* Returns the board time of the newest block, microseconds; -1: not known. */

@@ -11,7 +11,7 @@
 
 /* ---- two series, sample by sample ---- */
 
-/* among some thousand samples, no noise exceeds this number of standard deviations */
+/* In a few thousand samples, noise does not exceed this number of standard deviations. */
 #define NOISE_MAX_SIGMAS 5.0
 
 double signal_normalized_error(double measured, double measured_error, double simulated,
@@ -30,8 +30,8 @@ static bool has_both_values(const struct signal *s, size_t i)
     return !isnan(s->measured[i]) && !isnan(s->simulated[i]);
 }
 
-/* Computes the differences of the series. The mean over samples reduces the noise. The rest of a
- * sample's error is treated as common to all samples. */
+/* Computes the differences of the series. The mean over samples reduces the noise; the rest of a
+ * sample's error counts as common to all samples. */
 static void compute_differences(const struct signal *s, struct signal_figures *f)
 {
     double sum = 0.0, squares = 0.0, chi = 0.0, common = 0.0;
@@ -96,7 +96,7 @@ static struct signal_moment find_peak(const struct signal *s, const double *valu
         return peak;
     double near = fmax(SIGNAL_PEAK_TOLERANCE * fabs(peak.value), NOISE_MAX_SIGMAS * noise);
     for (first = 0; !(fabs(peak.value - compute_moving_mean(s, values, first)) <= near);)
-        first++; /* the loop ends at the peak or before */
+        first++; /* the loop ends at the peak at the latest */
     peak.error = errors[at];
     peak.t_s = get_sample_time_s(s, (double)first);
     peak.t_error_s = s->time_error_s[first];
@@ -122,7 +122,7 @@ static struct signal_moment find_arrival(const struct signal *s, const double *v
             before = value;
             continue;
         }
-        if (isnan(before)) /* if there is no value before, the curve starts above the threshold */
+        if (isnan(before)) /* without a value before it, the curve begins above the threshold */
             return arrival;
         size_t half = SIGNAL_MEAN_SAMPLES / 2, from = i > half ? i - half : 0,
                to = i + half < s->count ? i + half : s->count - 1;
@@ -130,7 +130,7 @@ static struct signal_moment find_arrival(const struct signal *s, const double *v
             fabs(compute_moving_mean(s, values, to) - compute_moving_mean(s, values, from)) /
             ((double)(to - from) * s->dt_s);
         double u = errors[i];
-        if (measured) /* replace the noise of one measured sample by that of the mean */
+        if (measured) /* replace the noise of a single measured sample by that of the mean */
             u = sqrt(fmax(u * u - s->noise_deviation * s->noise_deviation, 0.0) + noise * noise);
         arrival.t_s = get_sample_time_s(s, (double)i - (value - threshold) / (value - before));
         arrival.error = u;
@@ -169,7 +169,7 @@ void signal_compute_figures(const struct signal *s, struct signal_figures *f)
 
 /* ---- a landing ---- */
 
-/* error of the stop time if it has none: about the time between the last edges */
+/* Error of a stop time that is stored without one: about the time between the last edges. */
 #define UNKNOWN_STOP_TIME_ERROR_S 0.1
 
 void compare_timing_init(const struct measured *measured, struct compare_timing *clock)
@@ -251,7 +251,7 @@ struct compare_overlap compare_compute_overlap(const struct compare_zone *a,
     return overlap;
 }
 
-/* Returns the board's newest zone and prediction at a time. */
+/* Returns the newest zone and prediction of the board at a time. */
 static struct compare_zone find_board_zone(const struct measured *measured,
                                            const struct compare_board_reports *reports, double t_s)
 {
@@ -334,8 +334,8 @@ static void set_zone_moment(const struct zone_input *in, const char *what, doubl
                                                         &moment->zone[COMPARE_SIMULATED]);
 }
 
-/* Returns the time of the longest zone while the gear moves: of the measured zone; without one, of
- * the board's; without either, of the simulated zone. */
+/* Returns the time at which the zone is longest while the gear moves. Uses the measured zone, or
+ * else the board's, or else the simulated zone. */
 static double find_longest_zone_s(const struct zone_input *in, double stop_s,
                                   enum compare_zone_source *source)
 {
@@ -435,7 +435,8 @@ void compare_fill_curves(const struct measured *measured, const struct compare_t
     }
 }
 
-/* Compares the means over the last 0.2 s that both sides have. */
+/* Compares the means over the last 0.2 s of the time that measurement and simulation have in
+ * common. */
 static void compare_final_means(const struct measured *measured,
                                 const struct measured_channel *channel,
                                 const struct compare_curves *s, struct compare_channel *out)
@@ -546,7 +547,7 @@ static void add_channel(const struct measured *measured, const struct compare_ti
                                     .end_measured = {nan, nan, nan, nan},
                                     .end_simulated = {nan, nan, nan, nan}};
     const struct signal empty = {.count = 0};
-    signal_compute_figures(&empty, &out->figures); /* sets all figures to unknown */
+    signal_compute_figures(&empty, &out->figures); /* without samples, all figures become unknown */
     out->is_compared = is_usable(measured, channel, row, out);
     if (!out->is_compared)
         return;

@@ -1,6 +1,6 @@
-/* The figures of a landing's comparison: differences of two series; the zones of measurement, board
- * and simulation; the table of the transducers; and the agreement of measured and simulated
- * values. */
+/* Figures of the comparison of a landing with a simulation: differences of two series; the zones of
+ * measurement, board and simulation; the table of the transducers; and how well measured and
+ * simulated values agree. */
 #ifndef MATRIG_HOST_COMPARE_FIGURES_H
 #define MATRIG_HOST_COMPARE_FIGURES_H
 
@@ -34,7 +34,7 @@
 #define SIGNAL_ARRIVAL_FRACTION 0.1
 #define SIGNAL_PEAK_TOLERANCE   0.01
 
-/* Sample i is at t0_s + i dt_s. The caller owns the arrays. */
+/* Two series. Sample i is at t0_s + i dt_s. The caller owns the arrays. */
 struct signal {
     size_t count;
     double t0_s, dt_s;
@@ -57,14 +57,14 @@ struct signal_figures {
     double bias, bias_error;
     double rms, rms_per_error;
     struct signal_moment peak_measured, peak_simulated;
-    /* value: the threshold that is crossed */
+    /* crossing of the threshold; value: the threshold */
     struct signal_moment arrival_measured, arrival_simulated;
 };
 
 void signal_compute_figures(const struct signal *signal, struct signal_figures *figures);
 
-/* Computes En of two values. NaN: a value is not known. INFINITY: the values differ and have no
- * error. */
+/* Computes En of two values. Returns NaN if a value is not known, INFINITY if the values differ
+ * although their errors are 0. */
 double signal_normalized_error(double measured, double measured_error, double simulated,
                                double simulated_error);
 
@@ -106,28 +106,28 @@ struct compare_zone {
 struct compare_overlap {
     bool is_known;
     double common_mats, all_mats; /* length of the intersection and of the union */
-    double share;                 /* common_mats / all_mats; 1 if neither has a zone */
+    double share;                 /* common_mats / all_mats; 1 if both have no zone */
     double start_difference_ft,
         end_difference_ft; /* measured zone minus the other zone; NaN if either is missing */
 };
 
 /* The zones at the same moment. */
 struct compare_zone_moment {
-    const char *description; /* "longest measured", ... */
+    const char *description; /* name of the moment: "longest measured", ... */
     double t_s, wheel_ft;
     struct compare_zone zone[COMPARE_SOURCE_COUNT];
-    struct compare_overlap board_overlap,
-        simulated_overlap; /* each compared with the measured zone */
+    struct compare_overlap board_overlap, simulated_overlap; /* overlap with the measured zone */
 };
 
-#define COMPARE_MOMENT_COUNT 2u /* number of moments: when the zone is longest, and at rest */
+/* largest number of moments: when the zone is longest, and when the mats are at rest */
+#define COMPARE_MOMENT_COUNT 2u
 
 struct compare_zones {
     size_t count; /* number of moments; 0: no moment is known */
     struct compare_zone_moment moment[COMPARE_MOMENT_COUNT];
 };
 
-/* Returns the moment at rest (`rest`) or that of the longest zone; NULL: not known. */
+/* Returns the moment at rest (`rest` true) or of the longest zone; NULL: not known. */
 const struct compare_zone_moment *compare_find_moment(const struct compare_zones *zones, bool rest);
 struct compare_overlap compare_compute_overlap(const struct compare_zone *measured,
                                                const struct compare_zone *other);
@@ -172,7 +172,7 @@ struct compare_channel {
     double station_ft;
     bool is_compared;
     char reason_or_remark
-        [100];          /* reason if the channel was not compared; otherwise a remark, or empty */
+        [100];          /* reason why the channel was not compared; otherwise a remark or "" */
     double valid_share; /* share of the samples that are valid */
     struct signal_figures figures;
     struct signal_moment end_measured, end_simulated; /* means over the last 0.2 s */
@@ -184,7 +184,8 @@ struct compare_figures {
     char model_file[120]; /* name of the model's file; "": not stored */
     /* reason to doubt the measured numbers (measured_format_missing_start); "": none */
     char missing_start_text[MEASURED_MISSING_START_SIZE];
-    const char *marks;                     /* marks of the landing, from measured_marks_text */
+    /* texts of the landing's marks, from measured_marks_text */
+    const char *marks;
     double simulation_ms, solver_error_in; /* duration of the simulation, and its error estimate */
     int64_t seed_count;
     size_t surveyed_segments; /* number of segments with known slack */
@@ -194,8 +195,8 @@ struct compare_figures {
     struct compare_timing timing;
 };
 
-/* Computes all figures. Rows of channels that were not measured are ignored; a measured channel
- * without a row is listed as not compared. */
+/* Computes all figures. Simulation rows of channels that were not measured are ignored; a measured
+ * channel without such a row is listed as not compared. */
 void compare_compute_figures(const struct measured *measured, const struct zones_slack *survey,
                              const struct compare_board_reports *reports,
                              const struct store_simulation_head *head,
@@ -225,9 +226,9 @@ void compare_fill_curves(const struct measured *measured, const struct compare_t
 struct compare_agreement {
     int64_t run;
     const char *model_file;
-    /* number of values with a known En, and of those with En above 1 */
+    /* number of values whose En is known, and number of those with En above 1 */
     size_t judged_values, differing_values;
-    /* The value with the largest En, in inches; an arrival in seconds. channel NULL: no En is
+    /* The value with the largest En, in inches (an arrival: in seconds). channel NULL: no En is
      * known. */
     const struct compare_channel *channel; /* the channel of that value; points into the figures */
     const char *value_name;                /* "peak", "end", "arrival" */

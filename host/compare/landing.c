@@ -15,10 +15,10 @@
 #include "host/store/store_journal.h"
 
 #define IN_PER_FT                  12.0
-/* half the interval over which a deceleration is computed */
+/* half the interval over which the deceleration is averaged */
 #define DECELERATION_HALF_WIDTH_S  0.005
 #define SIMULATED_AFTER_STOP_MIN_S 0.5
-/* a path must be shorter than this; no landing is that long */
+/* upper limit for the duration of a path; no landing takes that long */
 #define PATH_MAX_S                 3600.0
 
 static double compute_deceleration(const struct measured *measured, double t_s, double stop_s)
@@ -63,8 +63,8 @@ static void set_gaps(const struct zones_slack *survey, struct sim_scene *scene)
     double *gap_ft = xcalloc(count, sizeof *gap_ft);
     for (size_t j = 0; j < count; j++) {
         double station_ft = (double)j * scene->length_ft;
-        /* A joint belongs to the segment that contains it or begins at it. Half a mat is added to
-         * avoid rounding errors. */
+        /* A joint belongs to the segment in or at the start of which it is. Adding half a mat
+         * avoids rounding errors. */
         size_t segment =
             (size_t)((station_ft + 0.5 * scene->length_ft) / (double)MR_SEGMENT_LENGTH_FT);
         gap_ft[j] = sim_scene_joint_value(&scene->gap0_ft, (int)j + 1);
@@ -121,8 +121,8 @@ static enum mr_status check_scale(const struct sim_scene *scene, const char *whe
 /* number of gage points except the one at the fixed edge */
 #define FREE_GAGE_POINTS (SURVEY_POINTS - 1u)
 
-/* Returns true for a study file, which has landings. The scene loader reports the error of invalid
- * JSON. */
+/* Returns true if the file is a study file, which has landings. For invalid JSON the scene loader
+ * reports the error. */
 static bool is_study_file(const char *path)
 {
     json_error_t ignored;
@@ -172,8 +172,8 @@ void compare_model_free(struct compare_model *model)
     *model = (struct compare_model){.is_ensemble = false};
 }
 
-/* Draws gaps and resistances of each runway from the same random numbers as the series
- * (host/landing_series/ensemble.c). */
+/* Draws gaps and resistances of each runway, with the same random numbers as
+ * host/landing_series/ensemble.c. */
 static void draw_runways(struct compare_model *model)
 {
     size_t all = model->seed_count * model->joint_count;
@@ -197,8 +197,8 @@ static void draw_runways(struct compare_model *model)
     }
 }
 
-/* Changes openings to a given sum, as far as possible. For a smaller sum, all openings are scaled;
- * for a larger sum, their differences to `most_ft` are scaled. */
+/* Changes openings to a given sum, as far as possible. For a smaller sum, scales the openings; for
+ * a larger sum, scales the differences between `most_ft` and the openings. */
 static void scale_gaps_to_sum(double *gap_ft, size_t count, double sum_ft, double most_ft)
 {
     double now_ft = 0.0, room_ft = 0.0;
@@ -294,8 +294,8 @@ static void add_to_mean(double *mean, double *squares, double value, size_t coun
     *squares += step * (value - *mean);
 }
 
-/* Returns the movement of gage point p (1..42), which is on mat 10 p. Its column follows the
- * columns of the stations. */
+/* Returns the movement of gage point p (1..42), which is on mat 10 p. The columns of the gage
+ * points follow those of the stations. */
 static double get_point_movement_in(const struct sim_result *result, size_t row, size_t stations,
                                     size_t p)
 {
@@ -338,8 +338,9 @@ static enum mr_status simulate_seed(struct compare_model *model, size_t seed,
                                     struct compare_simulated *s, struct error *error)
 {
     double *gap_ft = model->gap_ft + seed * model->joint_count;
-    /* A second pass for the first seed gives the numerical error, which is far below the spread of
-     * the seeds. All seeds use the same solver, so the error applies to all. */
+    /* For the first seed, simulate again with another step to find the numerical error. All seeds
+     * use the same solver, so this error applies to all; it is far below the differences between
+     * seeds. */
     bool chain = s->scene.model == SIM_MODEL_CHAIN;
     struct sim_options options = {.solver = chain ? "staggered" : NULL,
                                   .sample_dt_s = COMPARE_SAMPLE_STEP_S,
@@ -499,7 +500,7 @@ static enum mr_status simulate_landing(struct compare_model *model, size_t index
                          "RUN %lld has no displacement readings; choose a landing that has them",
                          (long long)measured->landing.id);
     compare_simulate(model, index, measured, survey, station_ft, count, &simulated, error);
-    /* end of the time that landing and simulation have in common */
+    /* end of the time that measurement and simulation have in common */
     double end_s = measured_time_s(measured, measured->samples - 1);
     if (error->status == MR_OK)
         end_s = fmin(end_s, (double)(simulated.row_count - 1) * simulated.dt_s);
@@ -519,7 +520,7 @@ static enum mr_status simulate_landing(struct compare_model *model, size_t index
     return error->status;
 }
 
-/* Fills in the results that queries of a campaign read without the samples. */
+/* Copies the results to the fields that queries of a campaign can read without the samples. */
 static void copy_figures_to_rows(struct compare_landing *landing)
 {
     for (size_t i = 0; i < landing->row_count; i++) {
@@ -648,7 +649,7 @@ static void pool_figures(struct compare_series *set, const struct compare_figure
     }
 }
 
-/* Divides the sums of the series by their numbers of samples. */
+/* Divides the sums over the series by the numbers of samples. */
 static void compute_series_means(struct compare_series *set)
 {
     double samples = 0.0, sum = 0.0, squares = 0.0;

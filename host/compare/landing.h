@@ -26,12 +26,12 @@ enum mr_status compare_prepare_scene(const struct measured *measured,
  * is simulated with the measured motions.
  *
  * Each runway of an ensemble has the openings and closing resistances that `matrig study` draws
- * from its seed. A survey scales the openings of each surveyed segment to the surveyed sum; no
- * opening exceeds the slack, even if the sum is larger. In a scene the joints of a segment share
- * the sum equally. Each landing of a series begins with the openings at the end of the previous
- * simulation, unless there is a new survey. The state of modifications is not kept: each landing
- * begins with their state in the file. Only the chain is simulated, not waves. Units are in the
- * names; stations are measured from the runway's upfield edge. */
+ * from its seed. A survey scales the openings of each surveyed segment to the surveyed sum, but no
+ * opening beyond the slack. In a scene the joints of a segment share the sum equally. Each landing
+ * of a series begins with the openings at the end of the previous simulation, unless there is a new
+ * survey. The state of modifications does not carry over: each landing begins with the state in the
+ * file. Only the chain model is simulated, which has no waves. Units are in the names; stations are
+ * measured from the runway's upfield edge. */
 
 #define COMPARE_SAMPLE_STEP_S  0.002
 #define COMPARE_SEGMENT_STEP_S 0.02
@@ -43,10 +43,10 @@ struct compare_model {
     struct landing_series series;
     size_t seed_count;
     size_t joint_count;
-    /* state of the runway, per seed and joint; NULL before the first landing */
+    /* state of the runway by seed and joint; NULL before the first landing */
     double *gap_ft, *closing_lb;
     float previous_survey_in[MR_SEGMENTS]; /* survey of the previous landing */
-    bool skips_storing;                    /* comparisons are not stored with the landings */
+    bool skips_storing;                    /* comparisons are not stored in the campaign */
 };
 
 /* Loads a model. `seeds` 0: the number in the file. MR_USAGE: the scale is not that of the rig.
@@ -61,8 +61,8 @@ struct compare_simulated {
     struct sim_scene scene;
     size_t station_count, row_count;
     double dt_s;
-    /* row_count x station_count values; movement_spread_in: standard deviation over the seeds, 0
-     * for one seed */
+    /* arrays of row_count x station_count values; movement_spread_in: standard deviation over the
+     * seeds (0 for one seed) */
     double *mean_movement_in, *movement_spread_in;
     size_t segment_row_count;
     /* Remaining openings of each segment every COMPARE_SEGMENT_STEP_S, mean over the seeds: rows x
@@ -75,8 +75,8 @@ struct compare_simulated {
     size_t seed_count;
 };
 
-/* Simulates landing `index` (from 0) of the model's series. The model keeps the resulting state of
- * its runways. The caller frees `simulated`, also after an error. */
+/* Simulates landing `index` (from 0) of the model's series. The model's runways keep the resulting
+ * state. The caller frees `simulated`, also after an error. */
 enum mr_status compare_simulate(struct compare_model *model, size_t index,
                                 const struct measured *measured, const struct zones_slack *survey,
                                 const double *station_ft, size_t stations,
@@ -132,9 +132,10 @@ struct compare_series {
         double sample_count, bias_in, rms_in;
     } channel_means[MR_TRANSDUCERS];
     struct compare_pooled pooled;
-    /* simulation_ms: sum over all simulations */
+    /* simulation_ms: sum of the computing times of all simulations */
     double simulation_ms, worst_solver_error_in;
-    struct compare_verdict verdict; /* verdict on all landings and on the series */
+    /* result of all landings and of the series against the limits */
+    struct compare_verdict verdict;
 };
 
 /* Compares the landings of series `name` (NULL: of the campaign) that are not void, in order. A

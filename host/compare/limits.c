@@ -99,7 +99,7 @@ struct limit_check {
     struct compare_verdict *verdict;
 };
 
-/* Counts a failed limit. `beyond`: excess over the limit; NaN: unknown. */
+/* Counts a failed limit. `beyond`: how far the value exceeds the limit; NaN: unknown. */
 static void count_failed_limit(struct limit_check *check, double beyond, const char *text)
 {
     struct compare_verdict *v = check->verdict;
@@ -131,7 +131,7 @@ static void judge_value(struct limit_check *check, const char *path, const json_
 static void check_values(struct limit_check *check, const char *rest, const char *so_far,
                          const json_t *node);
 
-/* Checks an element or key of a value. `name` extends the path in messages. */
+/* Checks an element or a key of a value. `name` is added to the path in messages. */
 static void check_members(struct limit_check *check, const char *rest, const char *so_far,
                           const char *name, const json_t *node)
 {
@@ -157,7 +157,7 @@ static void check_values(struct limit_check *check, const char *rest, const char
     size_t length = strcspn(rest, "."), i;
     json_t *element;
     if (json_is_false(json_object_get(node, "compared"))) {
-        check->skipped_values++; /* a skipped channel is reported as missing */
+        check->skipped_values++; /* a channel that was not compared is reported as missing */
         return;
     }
     if (length == 0) {
@@ -174,7 +174,7 @@ static void check_values(struct limit_check *check, const char *rest, const char
     rest += length + (rest[length] == '.');
     if (json_is_object(node) && json_object_get(node, name)) {
         element = json_object_get(node, name);
-        if (json_is_null(element) && *rest) { /* there is no overlap if one zone is unknown */
+        if (json_is_null(element) && *rest) { /* without a zone on one side there is no overlap */
             check->found_values++;
             if (!strstr(rest, "_difference"))
                 judge_value(check, so_far, element);

@@ -6,9 +6,10 @@
  *      "missing_channels": 0, "series.within": 0.8, "series.rms_in": 0.05}
  *
  * A path names keys from the outside in. * stands for every element of a list; a number stands for
- * the element with that "number". A path with a number overrides the path with *. Paths that begin
- * with series. refer to a series' answer, all others to each landing's answer. The path may end
- * with the unit of either answer (rms_in, rms_mm), and a limit may be a text with a unit.
+ * the element whose key "number" has that value. A path with a number overrides the path with *.
+ * Paths that begin with series. refer to a series' answer, all others to each landing's answer. The
+ * path may end with the unit of either answer (rms_in, rms_mm), and a limit may be a text with a
+ * unit.
  *
  * A limit is the maximum magnitude of a value, except for share and within, where it is the
  * minimum. A value that is null or absent fails its limit, with two exceptions: values of a channel

@@ -250,7 +250,7 @@ void compare_add_brief(const struct compare_figures *figures, const struct compa
 
 /* ---- a series ---- */
 
-/* Adds one printed line for a landing. */
+/* Adds one printed line for a landing of the series. */
 static void add_landing(const struct compare_series_landing *landing, struct answer *answer)
 {
     const struct compare_zone_moment *rest = compare_find_moment(&landing->figures.zones, true);
@@ -374,7 +374,8 @@ void compare_judge(const struct compare_figures *figures, const struct compare_l
     json_decref(json[1]);
 }
 
-/* Judges a series, which fails if a landing or a limit of the series fails. */
+/* Judges a series against limits. It fails if one of its landings or a limit of the series
+ * fails. */
 void compare_series_judge(struct compare_series *set, const struct compare_limits *limits)
 {
     json_t *json[2];

@@ -7,8 +7,8 @@
 #include "host/link/timemap.h"
 #include "host/link/candump.h"
 
-/* Without a clock, time stamps start at this value: log2asc reads second 0 as "no time yet". The
- * stamps appear as dates in 2001 that count board time. */
+/* Time stamps of a log without a time of day start at this value, because log2asc reads second 0 as
+ * "no time yet". They appear as dates in 2001. */
 #define UNDATED_START_US  1000000000000000.0
 #define TIME_STAMP_MAX_US 9e15 /* largest number of microseconds that a double represents exactly */
 

@@ -12,8 +12,8 @@ static bool is_signed(enum mr_wire_type type)
     return type == MR_WIRE_i8 || type == MR_WIRE_i16 || type == MR_WIRE_i32 || type == MR_WIRE_f32;
 }
 
-/* Computes the physical range of a field. A scaled value reserves one code for "missing". Floats
- * have no range, written as 0|0. */
+/* Computes the physical range of a field, without the code that means "missing". Floats have no
+ * range, written as 0|0. */
 static void get_field_range(const struct mr_field_info *field, double *low, double *high)
 {
     static const double whole[][2] = {[MR_WIRE_u8] = {0, 255},
@@ -60,7 +60,8 @@ static const char *get_status_text(unsigned minus)
     return mr_status_text((enum mr_status) - (int)minus);
 }
 
-/* Fields with named values: the numbers from `first` to `last`, multiplied by `sign`. */
+/* Fields with named values. The names belong to the numbers from `first` to `last`, multiplied by
+ * `sign`. */
 static const struct {
     uint16_t id;
     const char *field;
@@ -77,7 +78,7 @@ static const struct {
     {MR_ID_ACK, "status", 0, -MR_HALTED, -1, get_status_text},
 };
 
-/* Writes the named values of a field, each after a blank. */
+/* Writes the named values of a field, with a blank before each. */
 static void list_values(FILE *out, const struct mr_message_info *message,
                         const struct mr_field_info *field)
 {
@@ -89,7 +90,7 @@ static void list_values(FILE *out, const struct mr_message_info *message,
         for (unsigned number = named_values[i].first; is && number <= named_values[i].last;
              number++) {
             const char *text = named_values[i].text(number);
-            if (strcmp(text, "unknown fault") != 0) /* an unknown fault is an unused number */
+            if (strcmp(text, "unknown fault") != 0) /* leave out numbers that no fault uses */
                 write_value(out, named_values[i].sign * (long)number, text);
         }
     }

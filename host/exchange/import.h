@@ -1,7 +1,7 @@
 /* matrig import: files of other programs into the campaign. Candump logs of matrig boards are
  * imported as landings. Readings of other instruments are imported by a mapping, from a table of
  * numbers or from the signals of CAN frames in a candump log. Invalid lines are skipped and
- * counted; the verdict names the first one. */
+ * counted; the result names the first one. */
 #ifndef MATRIG_HOST_EXCHANGE_IMPORT_H
 #define MATRIG_HOST_EXCHANGE_IMPORT_H
 
@@ -12,7 +12,7 @@
 
 /* A whole file as text, with its SHA-256. */
 struct textfile {
-    char *text; /* without terminating zero */
+    char *text; /* text of the file, without terminating zero */
     size_t length;
     char sha256[65];
 };
@@ -28,8 +28,8 @@ struct import_request {
     const struct cli *cli;
     const char *path;
     uint16_t can_base;    /* base of the board on its bus (common/canbase.h) */
-    int64_t template_run; /* RUN from which gear and survey are taken; 0: none */
-    /* interface to import from a log of several buses; NULL: the one of the board */
+    int64_t template_run; /* RUN whose gear data and survey are used; 0: none */
+    /* interface to import if the log has several; NULL: the one on which a board sends */
     const char *interface;
 };
 
@@ -57,13 +57,14 @@ enum mr_status import_candump(struct store *store, const struct textfile *file,
                               const struct import_request *request, struct import_result *result,
                               struct error *error);
 
-/* Fills the series of the mapping's channels from a table. Invalid lines are skipped; `verdict`
- * names the first one. MR_MALFORMED: a column is missing, no row is valid, or more than one row in
- * ten is invalid. `rows`: number of rows read. */
+/* Reads a table and fills the series of the mapping's channels. Invalid lines are skipped;
+ * `verdict` names the first one. MR_MALFORMED: a column is missing, no row is valid, or more than
+ * one row in ten is invalid. `rows`: number of rows read. */
 enum mr_status csv_read(const char *text, size_t length, const char *path, struct mapping *mapping,
                         size_t *rows, struct parse_result *verdict, struct error *error);
 
-/* Finds the next frame to import in a candump log in memory. `at`: position after it. */
+/* Finds the next frame to import in a candump log in memory, and moves `at` to the position after
+ * it. */
 bool candump_log_next(struct candump_log *log, const struct textfile *file, const char **at,
                       struct candump_line *line);
 
@@ -75,15 +76,15 @@ enum mr_status import_read_signals(const struct textfile *file,
 
 /* Stores the series of the mapping as one landing of a separate session, in the open transaction.
  * Series are resampled to 1 ms blocks: faster samples are averaged over each block, slower samples
- * are interpolated linearly; gaps are kept. With request->like, gear, switches, survey,
- * configuration and time base are those of that landing. MR_MALFORMED: there is no data for a
- * landing, or more than an hour. MR_USAGE: the request does not fit that landing. */
+ * are interpolated linearly; gaps are kept. If request->like is set, gear, switches, survey,
+ * configuration and time base are copied from that landing. MR_MALFORMED: there is no data, or data
+ * for more than an hour. MR_USAGE: the request does not fit the landing that `like` names. */
 enum mr_status import_landing(struct store *store, struct mapping *mapping,
                               const struct import_request *request, struct import_result *result,
                               struct error *error);
 
-/* Resamples one channel to blocks, in the board's time in us: reading[i] belongs to block first +
- * i; NaN: missing. `usual_us`: usual time between samples. Pure function. */
+/* Resamples one channel to blocks of the board: reading[i] belongs to block first + i; NaN:
+ * missing. `usual_us`: usual time between samples. Pure function. */
 void import_resample(const struct series *series, double base_us, double usual_us, double gap_us,
                      int64_t first, size_t blocks, float *reading);
 

@@ -17,7 +17,7 @@
 #define LANDING_BLOCKS_MAX 3600000
 /* number of the last block: the board's block index has 32 bits */
 #define BLOCK_INDEX_MAX    4294967295.0
-/* data is missing if an interval exceeds the usual sample interval by this factor */
+/* an interval longer than the usual one by this factor means missing data */
 #define GAP_STEPS_MIN      1.5
 #define SWITCH_SPACING_FT  5.0 /* default spacing of the switches, that of the rig */
 #define SWITCH_FIRST_FT    (-2.5)
@@ -183,7 +183,7 @@ static void resample_by_mean(const struct series *s, double base_us, int64_t fir
 void import_resample(const struct series *s, double base_us, double usual_us, double gap_us,
                      int64_t first, size_t blocks, float *reading)
 {
-    /* times that differ by less are equal, because files have six decimals */
+    /* smaller differences of times count as 0, because times in files have six decimals */
     static const double same_us = 0.6;
     if (usual_us < 0.75 * BLOCK_US) {
         resample_by_mean(s, base_us, first, blocks, reading);
@@ -236,8 +236,8 @@ static int64_t find_channel_index(const struct import_work *w,
                             (int64_t)channel->number - 1;
 }
 
-/* Stores kind and station of a channel. The mapping's error becomes a linearity error, the only
- * kind that neither baseline nor reference reduces. */
+/* Stores kind and station of a channel. The mapping's error is stored as linearity error, because
+ * neither baseline nor reference reduces that error. */
 static enum mr_status put_configuration(struct import_work *w,
                                         const struct mapping_channel *channel, int64_t index,
                                         struct error *error)
@@ -353,7 +353,8 @@ static enum mr_status put_edges(struct import_work *w, struct error *error)
     return status;
 }
 
-/* Computes edges from the gear's position at the stations of the rig's switches. */
+/* Computes the times of switch edges from the gear's position and the stations of the rig's
+ * switches. */
 static enum mr_status make_gear_edges(struct import_work *w, struct mapping_channel gear,
                                       struct error *error)
 {

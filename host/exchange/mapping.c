@@ -143,7 +143,7 @@ static void unpack_object(const struct mapping_reader *r, const char *where, jso
     va_end(arguments);
 }
 
-/* Reads a number. `unit`: unit of a bare number; text states its own unit. */
+/* Reads a number. `unit`: unit of a number without one; a text has its own unit. */
 static double read_number(const struct mapping_reader *r, const char *where, const char *key,
                           json_t *value, const char *unit, double otherwise)
 {
@@ -164,7 +164,7 @@ static char read_character(const struct mapping_reader *r, const char *key, cons
     return text[0];
 }
 
-/* Reads a column, by name or counted from 1. */
+/* Reads a column, given by its name or by its number from 1. */
 static void read_column(const struct mapping_reader *r, const char *where, json_t *value,
                         char name[MAPPING_NAME_SIZE], unsigned *place)
 {

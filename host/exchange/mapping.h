@@ -1,8 +1,8 @@
 /* A mapping of the columns of another instrument's table, or of the signals in its CAN frames, to
- * matrig's channels: a JSON file. `matrig import --help` explains its keys. `header_lines` counts
- * the lines above the rows as an editor does, including blank lines but not comments. A column is
- * given by its name in the last header line, or by its number from 1. value = (number in the file *
- * scale + offset) in `unit`. An 8-digit id is an extended identifier.
+ * matrig's channels: a JSON file. `matrig import --help` explains its keys. `header_lines` is the
+ * number of lines above the first row, including blank lines but not comments. A column is given by
+ * its name in the last header line, or by its number from 1. value = (number in the file * scale +
+ * offset) in `unit`. An 8-digit id is an extended identifier.
  *
  * Without "align", time 0 is touchdown of the landing given with --like; without --like, the table
  * keeps its own time. */
@@ -31,7 +31,7 @@ struct import_signal {
 
 /* Samples of one column in file order, without the missing ones. */
 struct series {
-    double *time_s, *value; /* time of the file; value in ft, in or lb */
+    double *time_s, *value; /* time in the file, s; value in ft, inches or pounds */
     size_t count;
 };
 
@@ -60,7 +60,7 @@ struct mapping_channel {
 
 struct mapping {
     bool reads_signals; /* true: signals of CAN frames; false: columns of a table */
-    char separator, decimal_mark, comment_char; /* comment '\0': no comments */
+    char separator, decimal_mark, comment_char; /* comment_char '\0': the table has no comments */
     unsigned header_lines;
     char missing_words[MAPPING_MISSING_MAX][16];
     size_t missing_word_count;
@@ -68,7 +68,7 @@ struct mapping {
     char time_column[MAPPING_NAME_SIZE];
     unsigned time_column_index;
     double time_unit_s, time_shift_s;
-    /* Longest time between samples; a longer one is missing data. NaN: one and a half times the
+    /* Longest time between samples; a longer one means missing data. NaN: one and a half times the
      * usual time. */
     double gap_min_s;
     double touchdown_ft, switch_error_ft; /* NaN: the mapping does not give them */
@@ -83,13 +83,13 @@ enum mr_status mapping_parse(const char *text, size_t length, const char *path,
                              struct mapping *mapping, struct error *error);
 void mapping_free(struct mapping *mapping);
 
-/* True if the bits of the signal lie within `length` bytes. */
+/* True if all bits of the signal are within the first `length` bytes. */
 bool signal_fits_frame(const struct import_signal *signal, unsigned length);
 /* Extracts the signal. Returns false for another frame, or for a frame that is too short. */
 bool signal_extract_value(const struct import_signal *signal, const struct link_frame *frame,
                           double *value);
 
-#define MAPPING_VALUE_MAX 1e30 /* fits in a float, and its square in a double */
+#define MAPPING_VALUE_MAX 1e30 /* A float can hold this value, and a double its square. */
 /* Converts a number of the file to the report's unit. */
 double mapping_convert_value(const struct mapping_channel *channel, double read);
 void series_add_sample(struct series *series, double time_s, double value);

@@ -16,10 +16,10 @@
 /* Writes MDF4, measurement data in ASAM's MDF 4.10 format. The file is built in memory and written
  * at once.
  *
- * A file consists of blocks that link to each other by address: header (HD), its history (FH), per
- * table a data group (DG), a channel group (CG), its channels (CN), their texts (TX, MD) and the
- * rows (DT); attached files (AT). Layouts follow the base part of the standard. Bus logging follows
- * its associated standard: a channel CAN_DataFrame with parts.
+ * A file consists of blocks that link to each other by address: header (HD) and file history (FH);
+ * for each table a data group (DG), a channel group (CG), channels (CN), their texts (TX, MD) and
+ * the rows (DT); attached files (AT). Layouts follow the base part of the standard. Bus logging
+ * follows the associated standard for it: a channel CAN_DataFrame that is composed of parts.
  *
  * One table is open at a time: mdf4_begin_table, mdf4_add_channel for each column, mdf4_add_row for
  * each row, mdf4_end_table. */
@@ -43,9 +43,10 @@ struct mdf4_add_channel {
     enum mdf4_type type;
     unsigned offset, bytes; /* position and size in the row, bytes */
     bool is_time_channel;   /* the column is the time in seconds, the table's master channel */
-    unsigned invalid_bit;   /* bit in the invalidation bytes, from 1; 0: always valid */
-    bool has_parts;         /* the channels added next are its parts */
-    uint64_t attachment;    /* attached file that describes the channel; 0: none */
+    /* number of the column's bit in the invalidation bytes, from 1; 0: always valid */
+    unsigned invalid_bit;
+    bool has_parts;      /* the channels added next are its parts */
+    uint64_t attachment; /* attached file that describes the channel; 0: none */
 };
 
 /* bytes of a block's head: "##XX", 4 reserved, u64 length, u64 number of links */
@@ -125,8 +126,8 @@ static void align_block(struct mdf4 *file)
     extend_file(file, (8 - file->length % 8) % 8);
 }
 
-/* Appends a block with links and data. The length includes `more` bytes, which may follow.
- * Returns the address. */
+/* Appends a block with links and data. The stored length includes `more` bytes, which the caller
+ * adds later. Returns the address. */
 static uint64_t append_block(struct mdf4 *file, const char *id, const uint64_t *links,
                              unsigned link_count, const uint8_t *data, size_t data_bytes,
                              const void *more, size_t more_bytes)
@@ -214,7 +215,7 @@ static void mdf4_begin(struct mdf4 *file, uint64_t start_ns, const char *comment
              append_comment(file, "HDcomment", comment, ""));
 }
 
-/* Links a block to the end of the last one of its kind, or as the first one. */
+/* Links a block to the last one of its kind, or, if it is the first, to its parent. */
 static void link_block(struct mdf4 *file, uint64_t *last, uint64_t first_of, unsigned first_link,
                        uint64_t address)
 {
@@ -262,7 +263,7 @@ static void mdf4_begin_table(struct mdf4 *file, const char *name, const char *co
 {
     uint64_t links[MDF4_DG_LINK_COUNT] = {0}, group[MDF4_CG_LINK_COUNT] = {0};
     uint8_t data[32] = {0};
-    /* a table has one kind of rows, so its rows have no record ids */
+    /* no record ids, because all rows of a table are of one kind */
     file->data_group = append_block(file, "DG", links, MDF4_DG_LINK_COUNT, data, 8, NULL, 0);
     link_block(file, &file->last_group, file->header_block, MDF4_HD_FIRST_DG, file->data_group);
     group[MDF4_CG_NAME] = append_text(file, "TX", name);
@@ -344,8 +345,8 @@ static void mdf4_write(struct mdf4 *file, FILE *out)
 
 /* ---- a landing ---- */
 
-/* columns before the readings: time, time since touchdown, gear, speed; they have 8 bytes each,
- * readings have 4 */
+/* columns before the readings: time, time since touchdown, gear, speed. They have 8 bytes each,
+ * readings 4 */
 #define READING_FIXED_COLUMNS 4u
 #define FRAME_ROW_BYTES       24u
 /* largest number of microseconds that a double represents exactly */
@@ -464,7 +465,7 @@ static void put_reading_row(struct export_context *place, const struct measured_
     for (unsigned i = 0; i < READING_FIXED_COLUMNS; i++) {
         if (isnan(values[i]))
             mark_invalid(row, row_bytes, i);
-        else /* x86 and ARM store doubles in the byte order of the file */
+        else /* no conversion: x86 and ARM store doubles in the byte order of the file */
             memcpy(row + 8 * i, &values[i], 8);
     }
     for (unsigned c = 0; c < count; c++) {
@@ -501,7 +502,7 @@ static enum frame_kind find_frame_kind(const struct store_frame *frame)
                                       : FRAME_DATA;
 }
 
-/* Returns the error type by the numbers of the standard; 0: other. */
+/* Returns the number of the error type in the standard; 0: other. */
 static uint8_t get_bus_error_type(const struct store_frame *frame)
 {
     enum {
@@ -514,7 +515,7 @@ static uint8_t get_bus_error_type(const struct store_frame *frame)
     };
     static const uint8_t by_bit[] = {MDF4_ERROR_BIT, MDF4_ERROR_FORM, MDF4_ERROR_STUFFING,
                                      MDF4_ERROR_BIT,
-                                     MDF4_ERROR_BIT}; /* by the bits of CAN_ERR_PROT_... */
+                                     MDF4_ERROR_BIT}; /* types by the bits of CAN_ERR_PROT_... */
     if (frame->id & CAN_ERR_ACK)
         return MDF4_ERROR_ACK;
     if (!(frame->id & CAN_ERR_PROT) || frame->length < 4)
@@ -643,7 +644,7 @@ static enum mr_status find_start_us(struct store *store, int64_t run,
     return status;
 }
 
-/* Returns the Unix time of second 0; 0: unknown, also if the time map is refused. */
+/* Returns the Unix time of second 0; 0: unknown or the time map is not usable. */
 static uint64_t get_start_ns(const struct summary *summary, int64_t zero_us)
 {
     double us = summary_convert_to_time_of_day(summary, (double)zero_us).host_us;

@@ -30,7 +30,7 @@ enum mr_status textfile_open(const char *path, struct textfile *file, struct err
         file->length += count;
     } while (file->length == room);
     file->text = text;
-    int failed = ferror(stream) ? errno : 0; /* reading a folder fails too */
+    int failed = ferror(stream) ? errno : 0; /* opening a folder succeeds, but reading it fails */
     fclose(stream);
     if (failed)
         return error_set(error, MR_IO, "cannot read (%s): %s; check the file", strerror(failed),
@@ -101,7 +101,8 @@ struct csv_table {
     double last_s; /* time of the last accepted row, s; NaN: none */
     size_t row_count;
     struct {
-        /* the last consecutive header lines that look like rows: first line, number of lines */
+        /* the last consecutive header lines that look like rows: line number of the first, number
+         * of lines */
         size_t line, count;
         double time_s; /* time of the last of these lines */
     } number_header;
@@ -146,8 +147,8 @@ static bool split_fields(struct csv_table *t, const char *line, size_t length)
     }
 }
 
-/* Reads the next line that is not a comment and, unless `blanks`, not blank. `whole`: the line ends
- * with a newline. */
+/* Reads the next line that is not a comment. Skips blank lines unless `blanks`. Sets `whole` to
+ * whether the line ends with a newline. */
 static bool read_next_line(struct csv_table *t, bool blanks, const char **line, size_t *length,
                            bool *whole)
 {
@@ -192,8 +193,8 @@ static enum mr_status find_column(const struct csv_table *t, const char *name, u
                          : ", or the number of the column when header_lines is not given");
 }
 
-/* Parses a number. A missing value gives NaN and true. Returns false if the field is not a
- * number. */
+/* Parses a number. For a missing value returns true and sets NaN. Returns false if the field is not
+ * a number. */
 static bool parse_number(const struct mapping *m, struct csv_field field, double *value)
 {
     char digits[NUMBER_CHARS_MAX];
@@ -277,7 +278,7 @@ static bool refuse_line(struct csv_table *t, const char *line, const char *at, b
     return false;
 }
 
-/* Checks all numbers of a line before any is used: a bad line gives no values. */
+/* Checks all numbers of a line before any is used, so that no value of a bad line is used. */
 static bool check_row(struct csv_table *t, const char *line, size_t length, bool whole,
                       double *time_s)
 {
@@ -316,8 +317,8 @@ static bool check_row(struct csv_table *t, const char *line, size_t length, bool
     return true;
 }
 
-/* If the times of header lines continue in the rows, header_lines is too large and rows are
- * lost. */
+/* Warns if the times in header lines continue in the rows: then header_lines is too large and rows
+ * are lost. */
 static void check_header_times(struct csv_table *t, double first_s, double second_s)
 {
     double before_s = first_s - t->number_header.time_s;
@@ -403,7 +404,8 @@ static bool has_signal(const struct mapping *mapping, const struct link_frame *f
     return false;
 }
 
-/* Finds the only interface with a signal of the mapping, unless the request names one. */
+/* Finds the interface that carries signals of the mapping; the request names one if there are
+ * several. */
 static enum mr_status find_signals(const struct textfile *file,
                                    const struct import_request *request,
                                    const struct mapping *mapping, char name[CANDUMP_INTERFACE_SIZE],
@@ -528,7 +530,7 @@ static enum mr_status import_frames(struct store *store, struct collector *colle
         if (status == MR_OK && more)
             status = collector_receive_frame(collector, &frame, error);
         if (status != MR_OK || !more)
-            return status; /* the caller records the error as the result of the log */
+            return status; /* the caller stores the error as result of the log */
         if (++result->row_count % FRAMES_PER_COMMIT_CHECK != 0)
             continue;
         add_finished_landings(collector, result);
