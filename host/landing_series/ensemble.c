@@ -15,8 +15,8 @@
 
 /* ---- draw ---- */
 
-/* step of the integration of the path on the rig, s; on a scaled runway it is proportional to the
- * root of the mat length */
+/* Integration step of the path on the rig, s. On a scaled runway it is proportional to the square
+ * root of the mat length. */
 #define PATH_STEP_S         1e-3
 #define PATH_STEP_MAT_FT    (2.0 / 7.0) /* length of a mat of the rig, ft */
 #define G_FT_S2             32.174
@@ -81,7 +81,7 @@ enum mr_status draw_landing_path(const struct landing_series *series,
     for (size_t k = 0; v_ft_s > 0.0 && at_ft < runway_ft; k++) {
         t_s = node_s * (double)k;
         double onset = series->onset_s > 0.0 ? fmin(t_s / series->onset_s, 1.0) : 1.0;
-        /* a towed model has constant speed */
+        /* a towed model moves at constant speed */
         double share = onset * onset * (3.0 - 2.0 * onset), a_ft_s2 = 0.0;
         if (!(landing->tow_lb > 0.0))
             a_ft_s2 = share * get_profile_deceleration_ft_s2(landing, drawn_ft_s2, at_ft);
@@ -154,8 +154,9 @@ int series_find_failures(const double *rise_ft, size_t nodes, double length_ft, 
 
 /* One side of a joint that is being flattened. */
 struct joint_side {
-    size_t next_open_joint; /* next open joint on this side */
-    /* friction of the mats up to `front`, and its resistance against closing */
+    size_t next_open_joint; /* index of the next open joint on this side */
+    /* friction of the mats from the joint to `front`, plus the closing resistance of the joint
+     * there */
     double resistance_lb;
 };
 
@@ -171,7 +172,7 @@ static struct joint_side find_joint_side(const struct flat_runway *r, size_t joi
             return side;
         }
     }
-    side.resistance_lb = HUGE_VAL; /* the runway's end cannot be pushed */
+    side.resistance_lb = HUGE_VAL; /* the end of the runway is fixed */
     return side;
 }
 
@@ -213,8 +214,8 @@ struct ensemble_work {
     void *ctx;
 };
 
-/* Simulates runs in a thread. Each thread takes the next seed that is not started, because run
- * times differ. */
+/* Simulates runs in a thread. Each thread takes the next seed that no thread has started, because
+ * run times differ. */
 static void simulate_runs(void *context, size_t from, size_t every)
 {
     struct ensemble_work *work = context;
@@ -242,19 +243,20 @@ void series_simulate_all(const struct landing_series *series, unsigned jobs,
 #define IN_PER_FT           12.0
 #define ZONE_JOINTS         10 /* number of joints between two gage points of the rig */
 #define ZONE_OPEN_SHARE_MAX (1.0 / 3.0)
-/* movement that counts, as a share of a mat's length: 0.001 in on the rig */
+/* smallest movement that counts, as a fraction of a mat's length: 0.001 in on the rig */
 #define MOVED_SHARE_MIN     (0.001 * 7.0 / 24.0)
 
-/* A runway between landings. */
+/* The state of a runway between landings. */
 struct runway {
     const struct landing_series *series;
     int mat_count;
     size_t joint_count;
     double *storage;
-    double *gap_ft, *closing_resistance_lb, *ground_ft; /* per joint */
-    double laid_gap_ft;   /* mean opening of the joints when the runway was laid */
-    double *u_ft;         /* total movement of each mat; [0] is unused */
-    struct sim_mods mods; /* state of the modifications after the last landing; owns its lists */
+    double *gap_ft, *closing_resistance_lb, *ground_ft; /* arrays by joint */
+    double laid_gap_ft; /* mean opening of the joints when the runway was laid */
+    double *u_ft;       /* total movement of each mat; [0] is unused */
+    /* state of the modifications after the last landing; this struct owns the lists */
+    struct sim_mods mods;
 };
 
 static void runway_create(struct runway *r, const struct landing_series *series, uint64_t seed)
@@ -291,7 +293,7 @@ static void copy_scene_list(struct sim_list *list)
     *list = copy;
 }
 
-/* Applies the modifications of the file before a landing. Torn joints stay torn. */
+/* Applies the modifications that the file has before a landing. Torn joints stay torn. */
 static void apply_scene_mods(struct runway *r, const struct sim_scene *scene)
 {
     struct sim_list torn = r->mods.torn;
@@ -301,7 +303,7 @@ static void apply_scene_mods(struct runway *r, const struct sim_scene *scene)
     struct sim_list *lists[MODS_LIST_COUNT];
     mods_collect_lists(&r->mods, lists);
     for (size_t i = 0; i < MODS_LIST_COUNT; i++)
-        copy_scene_list(lists[i]); /* the originals belong to the series, so every list is copied */
+        copy_scene_list(lists[i]); /* copy every list: the originals belong to the series */
     if (torn.count > 0) {
         free(r->mods.torn.values);
         r->mods.torn = torn;
@@ -320,10 +322,10 @@ static void keep_mods_state(struct runway *r, const struct sim_scene *as_landed,
 static void make_scene(const struct runway *r, const struct sim_scene *made, enum sim_model model,
                        const struct sim_path_row *rows, size_t count, struct sim_scene *scene)
 {
-    *scene = *made; /* the lists still belong to the series; copies replace them below */
+    *scene = *made; /* the lists still belong to the series; they are replaced by copies below */
     scene->model = model;
     scene->gap0_ft = scene->grit_lb = scene->ground_ft = (struct sim_list){0};
-    scene->mods = r->mods; /* the scene shares the lists, because it only reads them */
+    scene->mods = r->mods; /* the scene can share the lists, because it only reads them */
     scene->path = NULL;
     scene->path_count = 0;
     scene->t_dwell_s = r->series->dwell_s;
@@ -342,8 +344,8 @@ static void free_scene(struct sim_scene *scene)
     free(scene->path);
 }
 
-/* Simulates a landing. `first`: outcome of the same landing in the first simulation, which is
- * repeated here with another step; NULL: this is the first simulation. */
+/* Simulates a landing. `first`: NULL in the first simulation; when it is repeated with another time
+ * step, the outcome of the same landing in the first simulation. */
 static enum mr_status run_engine(const struct runway *r, const struct series_landing *landing,
                                  enum sim_model model, const struct draw_path *path,
                                  const struct series_outcome *first, struct series_outcome *out,
@@ -373,7 +375,7 @@ static enum mr_status run_engine(const struct runway *r, const struct series_lan
 }
 
 /* Returns the largest lift force on a node due to the compression P of its joint, in weights of a
- * mat. Two mats rise as a vee if P (2 h_j - h_{j-1} - h_{j+1})/L > W. */
+ * mat. Two mats rise and form an inverted V if P (2 h_j - h_{j-1} - h_{j+1})/L > W. */
 static double compute_lift_ratio(const struct runway *r, const struct sim_scene *scene,
                                  const double *push_lb)
 {
@@ -493,8 +495,8 @@ static void record_joints(const struct runway *r, const struct sim_result *resul
     }
 }
 
-/* Finds the longest stretch in which any ten consecutive joints together are open by less than a
- * third of their opening as laid. Readings at gage points show such a zone. */
+/* Finds the longest stretch in which the openings of any ten consecutive joints add up to less than
+ * a third of their sum when laid. Measurements at the gage points would show such a zone. */
 static void record_zone(const struct runway *r, const struct sim_scene *scene,
                         struct series_outcome *out)
 {
@@ -523,7 +525,7 @@ static void record_zone(const struct runway *r, const struct sim_scene *scene,
     }
 }
 
-/* Counts the band segments without tension. */
+/* Counts the band segments that have no tension. */
 static void record_bands(const struct sim_scene *scene, const struct mods_state *state,
                          struct series_outcome *out)
 {
@@ -542,8 +544,8 @@ static void update_gaps(struct runway *r, const double *u_ft)
         r->gap_ft[j] += (j < (size_t)r->mat_count ? u_ft[j + 1] : 0.0) - (j > 0 ? u_ft[j] : 0.0);
 }
 
-/* Presses remaining waves flat, as the aircraft does when it is pushed back over them. Their excess
- * length closes the neighbouring joints. */
+/* Presses remaining waves flat, as the aircraft does when it is pushed back over them. The excess
+ * length of the mats closes neighbouring joints. */
 static void press_waves_flat(struct runway *r, const struct sim_scene *scene)
 {
     const struct flat_runway flat = {r->joint_count,

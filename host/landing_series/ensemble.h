@@ -9,49 +9,52 @@
 #include "host/landing_series/series.h"
 #include "host/sim/scene/result.h"
 
-/* step of the second simulation of a runway divided by the step of the first one; not an integer */
+/* time step of the second simulation of a runway divided by that of the first; not an integer */
 #define SERIES_CHECK_STEP_RATIO 1.37
-#define SERIES_CHECK_EVERY      6 /* one runway in this many is simulated again */
+#define SERIES_CHECK_EVERY      6 /* one in this many runways is simulated a second time */
 
 /* Results of one landing. Movements and stations are those of this landing, except
  * total_movement_in, which is the movement since the runway was laid. */
 struct series_outcome {
-    double stop_ft, deceleration_ft_s2; /* deceleration_ft_s2: mean */
+    double stop_ft, deceleration_ft_s2; /* deceleration_ft_s2: mean over the landing */
     bool has_planar_run;
     /* largest lift force on a joint due to compression, divided by the weight of a mat */
     double lift_ratio;
     double peak_movement_in;
     double movement_in[SERIES_STATIONS_MAX], total_movement_in[SERIES_STATIONS_MAX];
-    /* distance from the stop to the farthest joint beyond it that moved by 0.001 in */
+    /* distance from the stop to the farthest joint downfield of it that moved by at least 0.001
+     * in */
     double reach_beyond_stop_ft;
     int zone_mats;
-    /* Longest stretch in which any ten consecutive joints have closed by two thirds. */
+    /* Start and end of the longest stretch in which any ten consecutive joints have lost two thirds
+     * of their opening. */
     double zone_from_ft, zone_to_ft;
     double compression_lb,
         tension_lb; /* largest forces in any joint, in compression and in tension */
-    /* Standard errors due to the step size, of the values that are maxima over time; NaN: not
+    /* Standard errors, due to the time step, of those values that are maxima over time; NaN: not
      * known. */
     double lift_error, compression_error_lb, tension_error_lb;
     bool is_from_planar; /* movement and forces are from the planar engine; false: from the chain */
     /* time steps of the second simulation, s: of the chain, of the planar engine */
     double check_step_s[2];
-    int torn_joints; /* number of joints that were pulled beyond their strength */
+    int torn_joints; /* number of joints that were torn by tension */
     int wave_count;
     double wave_station_ft; /* station of the highest wave; 0: no wave */
     double wave_rise_in;    /* rise of the highest wave */
     double crest_angle_deg, sag_angle_deg;
     bool is_unhinged, is_buckled;
-    /* Station at which the wheel first reached the wave; if it stopped before, the station of the
-     * crest. */
+    /* Station at which the wheel first reached the wave, or of its crest if the wheel stopped
+     * before it. */
     double buckle_station_ft;
     int overrun_count;
-    /* All stations at which the wheel reached the wave; between two of them it was off the wave. */
+    /* All stations at which the wheel reached the wave again after leaving it, and the first
+     * one. */
     double overrun_station_ft[SIM_OVERRUNS_MAX];
-    /* number of stretches of mats that rose by the buckle limit, separated by mats that did not; at
-     * least 1 if buckled */
+    /* number of failures (stretches of mats that rose by at least the buckle limit); at least 1 if
+     * the runway buckled */
     int failure_count;
-    /* Stations in downfield order: where the wheel first reached the stretch; otherwise its
-     * crest. */
+    /* Station of each failure, in downfield order: where the wheel first reached it, or its crest
+     * if the wheel did not. */
     double failure_station_ft[SERIES_FAILURES_MAX];
     /* Distance from the wheel's mat to the mat that first rose by buckle_in; valid only if
      * first_buckle_station_ft > 0. */
@@ -70,7 +73,8 @@ struct series_run {
     double buckle_station_ft;        /* station at which it buckled */
     struct series_outcome *outcomes; /* array of landing_count entries */
     struct error error;              /* reason why this runway could not be simulated to its end */
-    /* Second simulation of the same landings with other steps; NULL: this runway has none. */
+    /* Results of the second simulation of the same landings with other time steps; NULL: this
+     * runway has none. */
     struct series_outcome *check_outcomes;
     size_t check_landing_count;
 };
@@ -104,7 +108,7 @@ struct draw_generator draw_stream_begin(uint64_t seed, unsigned stream);
 
 double draw_from_range(struct draw_generator *draw, struct series_range range);
 
-/* The aircraft's path from touchdown to its stop or to the end of the runway. */
+/* The aircraft's path from touchdown to the stop or to the end of the runway. */
 struct draw_path {
     struct sim_path_row *rows;
     size_t count;
@@ -112,21 +116,20 @@ struct draw_path {
 };
 
 /* Computes the path of landing `index` (from 0) on the runway of a seed. The aircraft brakes from
- * touchdown, with an onset of onset_s and thrust W/axles a/g, or is towed to the runway's end.
- * `path` is all zero or the result of an earlier call. MR_USAGE: the aircraft does not stop within
- * 600 s. */
+ * touchdown: the deceleration a rises within onset_s, and the thrust is W/axles a/g. A towed model
+ * runs to the end of the runway instead. `path` must be zeroed or the result of an earlier call.
+ * MR_USAGE: the aircraft does not stop within 600 s. */
 enum mr_status draw_landing_path(const struct landing_series *series,
                                  const struct series_landing *landing, uint64_t seed, size_t index,
                                  struct draw_path *path, struct error *error);
 void draw_path_free(struct draw_path *path);
 
 /* Finds failures. A failure is a stretch of nodes that rose by `limit_ft` or more, separated by
- * nodes that did not. Mats rise as a two-panel wave, which the aircraft presses flat, or higher;
- * the mats between failures are pressed flat too. `rise_ft` is as in sim_result, for nodes
- * 1..nodes, with [0] unused; the runway's ends are ignored. The station of a failure is where the
- * wheel first reached it (`met_ft`, in order of time); otherwise it is that of the highest node.
- * Returns the number of failures, at most SERIES_FAILURES_MAX, in downfield order in
- * `failure_ft`. */
+ * nodes that did not. Mats between failures count as pressed flat by the aircraft. `rise_ft` is as
+ * in sim_result, for nodes 1..nodes, with [0] unused; the runway's ends are ignored. The station of
+ * a failure is where the wheel first reached it (`met_ft`, in order of time); otherwise it is that
+ * of the highest node. Returns the number of failures, at most SERIES_FAILURES_MAX, in downfield
+ * order in `failure_ft`. */
 int series_find_failures(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
                          const double *met_ft, int met, double failure_ft[SERIES_FAILURES_MAX]);
 
@@ -136,16 +139,17 @@ int series_find_failures(const double *rise_ft, size_t nodes, double length_ft, 
 struct flat_runway {
     /* mats + 1; the first and the last are the runway's ends, which are fixed */
     size_t joint_count;
-    double *gap_ft; /* per joint; negative: the mats are too long by this amount to lie flat */
-    /* per mat 1..joints - 1, [0] unused: movement, updated by flat_runway_press_waves */
+    /* opening of each joint; negative: the mats are too long by this amount to lie flat */
+    double *gap_ft;
+    /* movement of mats 1 to joint_count - 1 ([0] unused), updated by flat_runway_press_waves */
     double *u_ft;
     const double *closing_resistance_lb; /* closing resistance of each joint */
     double friction_force_lb;            /* friction of a mat: coefficient times weight */
     double kl_lb_ft;                     /* stiffness of a joint in compression */
 };
 
-/* Flattens the runway. Joints with negative gaps push the neighbouring mats outward, step by step,
- * towards the side with less resistance. Mats that touch move together until the next opening
+/* Flattens the runway. Each joint with a negative gap pushes the neighbouring mats outward, step by
+ * step, towards the side with less resistance. Mats that touch move together until the next opening
  * closes. Each joint keeps the compression that friction on both sides can hold. The sum of the
  * openings does not change. */
 void flat_runway_press_waves(const struct flat_runway *runway);
@@ -156,12 +160,12 @@ struct series_spread {
     size_t count;
 };
 
-struct series_spread series_compute_spread(double *values, size_t count); /* sorts `values` */
+struct series_spread series_compute_spread(double *values, size_t count); /* also sorts `values` */
 
-/* Distribution over the runways of a value's maximum over time. */
+/* Distribution over the runways of a value that is a maximum over time. */
 struct series_peak {
     struct series_spread spread;
-    /* mean_error: standard error of the mean; error: of one runway */
+    /* mean_error: standard error of the mean; run_error: standard error for a single runway */
     double mean, mean_error, run_error;
 };
 
@@ -181,7 +185,7 @@ struct series_summary {
     size_t survived_count; /* number of runways that did not buckle */
     /* distributions over the runways that buckled */
     struct series_spread buckle_station_ft, buckle_landing;
-    /* distributions over the same runways, for the landing before the buckle */
+    /* distributions over the same runways, for the landing before the one with the buckle */
     struct series_spread zone_mats_before_buckle, peak_before_buckle_in;
     struct series_landing_summary *landing; /* array of landing_count entries */
 };
@@ -191,8 +195,8 @@ void series_summarise(struct series_summary *summary, const struct landing_serie
                       const struct series_run *runs);
 void series_summary_free(struct series_summary *summary);
 
-/* Makes a new answer, which the caller owns. The JSON values have the units in the keys' names,
- * even with `si`. */
+/* Makes a new answer, which the caller owns. JSON values have the units in their keys' names, even
+ * if `si` is set. */
 struct answer *series_to_answer(const struct landing_series *series, const struct series_run *runs,
                                 const struct series_summary *summary, bool si);
 

@@ -16,7 +16,7 @@
 /* ---- keys ---- */
 
 /* Reader of keys. An error names the file, the object (`where`, "" at the top level) and the key.
- * After the first error nothing more is read. An absent key does not change its value. */
+ * After the first error all functions do nothing. An absent key does not change its value. */
 struct keys {
     const char *path;
     struct error *error;
@@ -71,7 +71,7 @@ static bool read_value(const struct series_key *key, const json_t *entry, void *
     return false;
 }
 
-/* Writes what a key accepts: "a number from 0 to 10 ft, or as text with ...". */
+/* Describes the values that a key accepts: "a number from 0 to 10 ft, or as text with ...". */
 static void format_expected(const struct series_key *key, char out[300])
 {
     const char *unit = quantity_unit_of_name(key->name);
@@ -88,11 +88,11 @@ static void format_expected(const struct series_key *key, char out[300])
         strcpy(out, "one of");
     for (unsigned i = 0; key->kind == SERIES_KEY_CHOICE && key->choices[i]; i++)
         strcat(strcat(out, i > 0 ? ", " : " "),
-               key->choices[i]); /* the choices are short, so they fit */
+               key->choices[i]); /* no overflow check: the choices are short */
 }
 
-/* Reads an object with `count` known keys. Keys in `others` are read elsewhere, and comments are
- * allowed. */
+/* Reads an object with `count` known keys. Also accepts comments and the keys in `others`, which
+ * another function reads. */
 static void read_object(const struct keys *r, const char *where, const json_t *object,
                         const struct series_key *keys, size_t count, const char *const *others,
                         void *base)
@@ -323,7 +323,7 @@ static void read_landing(const struct keys *r, const char *where, const json_t *
     }
 }
 
-/* Refuses keys that the engine_names set for each landing. */
+/* Refuses keys that the simulation sets for each landing. */
 static void check_scene(const struct keys *r, const json_t *scene)
 {
     static const char *const own[] = {"model", "path",    "gap0",    "grit",  "ground",
@@ -349,7 +349,7 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
     c->landings = xcalloc(SERIES_LANDINGS_MAX, sizeof *c->landings);
     if (!json_is_array(list) || json_array_size(list) == 0)
         refuse_key(r, "", "landings", "a list of at least one landing");
-    /* the engine_names add heights and paths later; these keys make the scene valid */
+    /* The simulation adds heights and paths later; these values only make the scene valid. */
     json_object_set_new(now, "model", json_string("consistent"));
     json_object_set_new(now, "t_dwell", json_real(c->dwell_s));
     json_array_foreach(list, i, entry)

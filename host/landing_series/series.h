@@ -48,11 +48,11 @@ struct series_landing {
     /* linear between stations, constant beyond the ends */
     struct series_knot profile[SERIES_PROFILE_MAX];
     size_t profile_count;
-    /* above 0: instead of a landing, a model is towed with locked wheels at constant speed, with
-     * this thrust on the strip */
+    /* Above 0: instead of a landing, a model with locked wheels is towed at constant speed and
+     * exerts this thrust on the strip. */
     double tow_lb;
     /* The runway at this landing: the scene of the file with all modifications up to this landing.
-     * Model and path are not set. */
+     * Fields `model` and `path` are not set. */
     struct sim_scene scene;
     double repeat_count; /* number of identical landings that this entry stands for */
     bool is_modified;    /* a modification was applied before this landing */
@@ -65,33 +65,37 @@ struct landing_series {
     uint64_t first_seed;
     size_t seed_count;
     enum series_engine engine;
-    unsigned has_elastic_ground; /* 1: elastic ground */
+    unsigned has_elastic_ground; /* 1: the ground is elastic */
     /* the next fields describe the runway */
     struct series_range gap_in, closing_lb, irregularity_in;
     double strength_lb_in; /* strength of a joint in tension, per inch of width */
     double strip_ft;       /* width that a mat of the scene represents */
     double unhinge_deg;    /* unhinging: a joint that turns by more than this angle comes apart */
-    bool press_flat;       /* remaining waves are pressed flat before the next landing */
-    double wave_in;        /* a rise above this height is a wave */
-    double buckle_in;      /* a rise above this height is a buckle */
+    /* waves that remain after a landing are pressed flat before the next landing */
+    bool press_flat;
+    double wave_in;   /* a rise above this height is a wave */
+    double buckle_in; /* a rise above this height is a buckle */
     /* the next fields describe the aircraft */
     double weight_lb, axles, onset_s, dwell_s;
     /* the next fields configure the engines */
-    /* time steps; 0: half the stability limit (chain), a quarter of it (planar engine) */
+    /* time steps; 0: half the stability limit for the chain, a quarter of it for the planar
+     * engine */
     double chain_dt_s, planar_dt_s;
-    /* the planar engine is run if a joint is lifted by at least this share of a mat's weight */
+    /* the planar engine is run if the lift force on a joint is at least this fraction of a mat's
+     * weight */
     double planar_min_lift_share;
     double stations_ft[SERIES_STATIONS_MAX];
     size_t station_count;
-    /* text about observations for the scoreboard; "" if absent */
+    /* observed outcome, for the scoreboard; "" if absent */
     char observed[240];
-    /* source of the parameters: calibrated on this series, predicted, assumed */
+    /* origin of the parameters: calibrated on this series, predicted, or assumed */
     char basis[400];
-    /* changes that were made after the outcome was known; such a row is not a prediction */
+    /* changes made after the outcome was known, which make the row no longer a prediction; "" if
+     * none */
     char changes_after_outcome[240];
 };
 
-/* The keys of a study's sections, as in a file: series_key_count keys, section by section. */
+/* The keys of the sections of a study file: series_key_count keys, one section after another. */
 enum series_key_kind {
     SERIES_KEY_NUMBER,
     SERIES_KEY_RANGE,
@@ -118,7 +122,8 @@ enum mr_status series_load(struct landing_series *series, const char *path, stru
  * name is read from the folder of the file `where`. */
 enum mr_status series_from_json(struct landing_series *series, const char *where,
                                 const json_t *root, struct error *error);
-/* Like series_load, on the ground "weightless" or "elastic"; NULL: the ground in the file. */
+/* As series_load, but with the ground set to "weightless" or "elastic"; NULL: the ground in the
+ * file. */
 enum mr_status series_load_on_ground(struct landing_series *series, const char *path,
                                      const char *ground, struct error *error);
 void series_free(struct landing_series *series);
@@ -126,7 +131,7 @@ void series_free(struct landing_series *series);
  * directory). `what`: description of the file in error messages. Returns a new reference; NULL:
  * MR_IO, MR_TRUNCATED or MR_MALFORMED. */
 json_t *series_read_json(const char *file, const char *name, const char *what, struct error *error);
-/* Makes the path of `name` relative to the folder of `file`. */
+/* Writes the path of the file `name` in the folder of `file`. */
 void series_make_path_beside(const char *file, const char *name, char path[PATH_MAX]);
 /* Returns the scene of a series that was read from `file`: the object in that file, or the content
  * of the file that it names. On elastic ground it includes the keys of that ground. The caller owns

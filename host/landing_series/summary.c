@@ -1,4 +1,4 @@
-/* Summary of an ensemble: numerical errors of the largest forces, distributions, and the answer of
+/* Summary of an ensemble: numerical errors of the largest forces, distributions, and the output of
  * matrig study. */
 #include <math.h>
 #include <stdbool.h>
@@ -15,13 +15,13 @@
 
 /* ---- errors ---- */
 
-/* The prior of a landing's error is computed from the pairs of all landings. Its weight is that of
- * this number of the landing's own pairs. */
+/* Weight of the prior of a landing's error, in pairs of simulations. The prior is computed from the
+ * pairs of all landings. */
 #define POOLED_PAIRS       2
-#define MIN_ERROR_FRACTION 1e-3 /* smallest error, as a share of the value */
+#define MIN_ERROR_FRACTION 1e-3 /* smallest relative error */
 
 static const struct {
-    size_t value, error; /* offsets of the value and of its error in an outcome */
+    size_t value, error; /* offsets of the value and of its error in struct series_outcome */
 } peak_fields[] = {
     {offsetof(struct series_outcome, lift_ratio), offsetof(struct series_outcome, lift_error)},
     {offsetof(struct series_outcome, compression_lb),
@@ -77,8 +77,8 @@ static struct peak_tally make_peak_tally(const struct landing_series *c,
 }
 
 /* Returns the error of one value: sqrt(r (r + s)). r: root mean square of the pairs' differences;
- * s: the spread over the runways, because few pairs include a rare impact. README.md describes how
- * this was measured. */
+ * s: the spread over the runways, which is included because few pairs contain a rare impact.
+ * README.md describes how this was measured. */
 static double compute_peak_error(const struct peak_tally *t, double borrowed2, size_t pairs_in_all)
 {
     double mean = t->sum / (double)t->count;
@@ -119,8 +119,8 @@ void series_compute_errors(const struct landing_series *series, struct series_ru
 {
     for (size_t peak = 0; peak < sizeof peak_fields / sizeof peak_fields[0]; peak++)
         set_peak_errors(series, runs, peak_fields[peak].value, peak_fields[peak].error);
-    /* a joint with a weak impact in this run may have an impact as strong as the most loaded
-     * joint */
+    /* Use the largest error for all joints: a joint without a strong impact in this run may have
+     * one in another. */
     for (size_t i = 0; i < series->seed_count; i++) {
         for (size_t k = 0; k < runs[i].simulated_landings; k++) {
             struct series_outcome *o = &runs[i].outcomes[k];
@@ -189,8 +189,8 @@ static struct series_spread compute_zone_spread(const struct landing_view *g)
 #define SPREAD_OF(g, field) compute_spread(g, offsetof(struct series_outcome, field))
 
 /* Computes spread and mean of a peak. The part of the error that is common to all runways does not
- * shrink with their number. It is estimated from the mean difference of the pairs, which grows with
- * the difference of their steps, and is at most the error of one run. */
+ * shrink with their number. It is estimated from the mean difference of the pairs, scaled to the
+ * difference of their time steps, and is at most the error of one run. */
 static struct series_peak compute_peak(const struct landing_view *g, size_t peak)
 {
     struct series_peak p = {.spread = compute_spread(g, peak_fields[peak].value)};
@@ -198,7 +198,7 @@ static struct series_peak compute_peak(const struct landing_view *g, size_t peak
     for (int by_planar = 0; by_planar < 2; by_planar++) {
         struct peak_tally t = make_peak_tally(g->series, g->runs, g->landing, by_planar,
                                               peak_fields[peak].value);
-        p.mean += t.sum / count; /* NaN if there are no runways */
+        p.mean += t.sum / count; /* NaN without runways */
         apart += t.difference_sum;
         pairs += (double)t.pair_count;
     }
@@ -462,7 +462,8 @@ static json_t *make_run_json(const struct series_run *run)
     return object;
 }
 
-/* Returns the median over runways of the largest value in the landings before a runway buckled. */
+/* Returns the median, over the runways that buckled, of the largest value in the landings before
+ * the buckle. */
 static double compute_median_of_largest(const struct landing_series *c,
                                         const struct series_run *runs,
                                         double (*value)(const struct series_outcome *))
@@ -493,7 +494,7 @@ static double get_zone_mats(const struct series_outcome *outcome)
     return outcome->zone_mats;
 }
 
-/* Adds single numbers, for tables and sweeps. */
+/* Adds the medians as single numbers, for tables and sweeps. */
 static void add_medians(struct answer *answer, const struct landing_series *c,
                         const struct series_run *runs, const struct series_summary *s)
 {

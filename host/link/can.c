@@ -1,5 +1,5 @@
-/* can:IFACE, a CAN interface of the Linux kernel (SocketCAN; can.rst of the kernel). There is no
- * receive filter: all other traffic on the bus is recorded too. */
+/* can:IFACE, a CAN interface of the Linux kernel (SocketCAN; can.rst of the kernel). All frames on
+ * the bus are received and recorded, because no filter is set. */
 #include <errno.h>
 #include <linux/can.h>
 #include <linux/can/error.h>
@@ -22,7 +22,7 @@
 
 /* ---- Linux's extra data with a received frame ---- */
 
-#define ANCILLARY_DATA_BYTES 128u /* room for all control messages of one frame */
+#define ANCILLARY_DATA_BYTES 128u /* buffer for all control messages of one frame */
 
 struct ancillary_data {
     uint64_t kernel_us; /* Unix time of reception by the kernel; 0: unknown */
@@ -50,9 +50,9 @@ static void read_ancillary_data(struct msghdr *message, struct ancillary_data *c
 
 /* ---- the link ---- */
 
-/* A full bus of 1 Mbit/s carries up to 9009 frames/s of 8 bytes, and a frame takes about 700 bytes
- * of queue. The queue therefore holds more than half a second of frames, even if the kernel counts
- * each frame twice. */
+/* A full bus of 1 Mbit/s carries up to 9009 frames/s of 8 bytes, and each frame takes about 700
+ * bytes in the queue. The queue therefore holds more than half a second of frames, even if the
+ * kernel counts each frame twice. */
 #define SOCKET_QUEUE_BYTES (8 * 1024 * 1024)
 #define SEND_WAIT_MS       1000
 
@@ -212,16 +212,15 @@ static enum mr_status can_send(struct link *link, const uint8_t *bytes, size_t l
                              "the bus accepts no frames: %s; check that the board is on and the "
                              "bus is terminated",
                              link->spec);
-        /* poll does not wait while the interface's transmit queue is full (ENOBUFS) */
+        /* do not wait for room in the socket: with ENOBUFS, the queue of the interface is full */
         poll(&ready, 1, errno == ENOBUFS ? 0 : 10);
         poll(NULL, 0, 1);
     }
     return MR_OK;
 }
 
-/* Counts frames that were lost without a later frame that reports the loss. Does so only if the
- * queue is empty; otherwise the loss would be reported ahead of frames that were received before
- * it. */
+/* Counts lost frames that no later frame has reported. Only if the queue is empty: otherwise the
+ * loss would be counted before frames that were received earlier. */
 static void can_service(struct link *link)
 {
     uint32_t info[SK_MEMINFO_VARS];

@@ -8,13 +8,14 @@ struct text_cursor {
     const char *end;
 };
 
-/* value of a hexadecimal digit plus 1; 0: not a digit */
+/* value of a hexadecimal digit, plus 1; 0: not a digit */
 static const uint8_t hex_value_plus_1[256] = {
     ['0'] = 1,  ['1'] = 2,  ['2'] = 3,  ['3'] = 4,  ['4'] = 5,  ['5'] = 6,  ['6'] = 7,  ['7'] = 8,
     ['8'] = 9,  ['9'] = 10, ['A'] = 11, ['B'] = 12, ['C'] = 13, ['D'] = 14, ['E'] = 15, ['F'] = 16,
     ['a'] = 11, ['b'] = 12, ['c'] = 13, ['d'] = 14, ['e'] = 15, ['f'] = 16};
 
-/* Returns the value of a hexadecimal digit; more than 15: not a digit. */
+/* Returns the value of a hexadecimal digit; a result above 15 means that the character is not a
+ * digit. */
 static uint32_t parse_hex_digit(char c)
 {
     return hex_value_plus_1[(uint8_t)c] - 1u;
@@ -28,7 +29,7 @@ static bool accept_char(struct text_cursor *at, char c)
     return true;
 }
 
-/* Skips blanks, with which programs align the fields. */
+/* Skips blanks: some programs align the fields with them. */
 static bool skip_blanks(struct text_cursor *at)
 {
     const char *from = at->position;
@@ -108,7 +109,7 @@ static bool parse_data(struct text_cursor *at, struct link_frame *frame)
     return true;
 }
 
-/* Accepts a length code above 8 ("_9" to "_F") after 8 bytes. */
+/* Skips a length code above 8 ("_9" to "_F"), which is allowed only after 8 bytes. */
 static bool parse_length_code(struct text_cursor *at, const struct link_frame *frame)
 {
     if (!accept_char(at, '_'))
@@ -182,7 +183,8 @@ bool candump_is_from_interface(const struct candump_line *line, const char *inte
 bool candump_log_parse_line(struct candump_log *log, const char *text, size_t length, bool whole,
                             struct candump_line *line)
 {
-    /* skip a UTF-8 byte order mark, or candump's "Warning: console output active while logging!" */
+    /* Skips text before the first frame: a UTF-8 byte order mark, or candump's "Warning: console
+     * output active while logging!". */
     const char *begin = log->line_number++ == 0 ? memchr(text, '(', length) : NULL;
     size_t before = begin ? (size_t)(begin - text) : 0;
     text += before;
@@ -190,7 +192,8 @@ bool candump_log_parse_line(struct candump_log *log, const char *text, size_t le
     if (length == 0)
         return false;
     enum mr_status status = candump_parse_line(text, length, line);
-    if (!whole) { /* without its newline, a valid frame may be the beginning of a longer one */
+    /* without a newline the line may be incomplete, even if its beginning is a valid frame */
+    if (!whole) {
         parse_result_set(&log->result, MR_TRUNCATED, log->line_number, before + length + 1,
                          "the log ends inside a line");
         return false;

@@ -35,7 +35,7 @@ enum mr_status candump_parse_line(const char *text, size_t length, struct candum
 struct parse_result {
     enum mr_status status;  /* MR_OK: complete; MR_TRUNCATED; MR_MALFORMED */
     size_t line, column;    /* position of the first fault, from 1 */
-    size_t bad_lines;       /* number of skipped lines */
+    size_t bad_lines;       /* number of invalid lines, which were skipped */
     const char *fault_text; /* description of the first fault; static storage */
 };
 /* Sets the result. Only the first call has an effect. */

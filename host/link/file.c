@@ -1,5 +1,5 @@
-/* file:PATH, a recording (a `candump -L` log or serial bytes), or a pipe that another program
- * fills. file:PATH,interface=can1 selects one bus in a log with several. */
+/* The link kind file:PATH: a recording (a `candump -L` log or serial bytes), or a pipe that another
+ * program fills. file:PATH,interface=can1 selects one bus of a log with several. */
 #include <ctype.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -14,8 +14,8 @@
 #include "host/link/candump.h"
 #include "host/link/link_ops.h"
 
-/* Checks that a log is text and that serial bytes are not. If not, the error message names the kind
- * that was probably meant. */
+/* Checks that a log is text, or that serial bytes are not. Otherwise the error message names the
+ * kind that was probably meant. */
 static enum mr_status check_file_content(struct link *link, struct error *error)
 {
     char head[65] = "";
@@ -101,8 +101,8 @@ static void list_buses(const struct buses *buses, unsigned least, char *out, siz
     }
 }
 
-/* Selects the bus with the board, or the bus that is `named`; without a board the first bus.
- * MR_USAGE: there are boards on several buses, or no bus has that name. */
+/* Selects the bus `named`; NULL: the bus on which a board sends, or the first bus if there is no
+ * board. MR_USAGE: there are boards on several buses, or no bus has that name. */
 static enum mr_status select_bus(const struct buses *buses, const char *named, const char *where,
                                  char interface[CANDUMP_INTERFACE_SIZE], struct error *error)
 {
@@ -142,12 +142,14 @@ static enum mr_status select_bus(const struct buses *buses, const char *named, c
 
 /* ---- the link ---- */
 
-#define BAD_LINES_MAX  1000u /* this many invalid lines without a frame: the file is not a log */
-#define LINE_BYTES_MAX 100000000u /* this many bytes without a newline: the file is not a log */
+/* after this many invalid lines without a frame, the file is not accepted as a log */
+#define BAD_LINES_MAX  1000u
+/* after this many bytes without a newline, the file is not accepted as a log */
+#define LINE_BYTES_MAX 100000000u
 
 /* Removes the next line from the buffer; `*length` excludes the newline. `*whole` is false if the
- * file ends before the newline. A very long line is cut off. MR_MALFORMED: the line does not
- * end. */
+ * file ends before the newline. A very long line is truncated. MR_MALFORMED: LINE_BYTES_MAX bytes
+ * without a newline. */
 static enum mr_status read_line(struct link *link, const char **line, size_t *length, bool *whole,
                                 struct error *error)
 {
@@ -187,7 +189,7 @@ static enum mr_status read_line(struct link *link, const char **line, size_t *le
 }
 
 #define PRINTABLE_CHARS_MAX 40u
-/* Makes an invalid line printable. */
+/* Copies an invalid line and makes it printable. */
 static void make_printable(const char *text, size_t length, char seen[PRINTABLE_CHARS_MAX + 1])
 {
     size_t i = 0;
@@ -196,7 +198,7 @@ static void make_printable(const char *text, size_t length, char seen[PRINTABLE_
     seen[i] = '\0';
 }
 
-/* Selects the bus of a log. A complete log is searched for boards first. */
+/* Selects the bus of a log. A log in a regular file is searched for boards first. */
 static enum mr_status detect_bus(struct link *link, const char *named, struct error *error)
 {
     struct buses *buses = calloc(1, sizeof *buses);
@@ -255,8 +257,8 @@ static enum mr_status file_open(struct link *link, const char *spec_text, struct
                          link->spec);
     if (link->text)
         return detect_bus(link, named, error);
-    /* Without O_NONBLOCK, open would wait for the writer of a named pipe, and signals could not
-     * stop matrig. */
+    /* With O_NONBLOCK, open does not wait for the writer of a named pipe; such a wait could not be
+     * interrupted by signals. */
     link->fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (link->fd < 0)
         return error_set(error, MR_IO, "cannot open (%s): %s; check the path", strerror(errno),
@@ -301,8 +303,8 @@ static ssize_t file_read(struct link *link, uint8_t *bytes, size_t size)
     return (ssize_t)count;
 }
 
-/* Reads the first bus of a pipe until a board sends a hello on another bus, because it is not known
- * which bus has the board. */
+/* Follows the bus with the board in a pipe. The first bus is read until a board sends a hello on
+ * another bus. */
 static void follow_board_bus(struct link *link, const struct candump_line *line)
 {
     struct buses buses = {.count = 0};

@@ -21,8 +21,8 @@
 #define REOPEN_PERIOD_US        250000u
 #define DEVICE_ABSENCE_MAX_US   10000000u
 #define SERVICE_PERIOD_US       1000000u
-#define SEND_WAIT_MS            1000 /* longest wait while the device is being opened or queried */
-/* a reading of both clocks that takes longer than this was interrupted */
+#define SEND_WAIT_MS            1000 /* longest time to wait for room when sending, ms */
+/* A reading of both clocks that took longer than this was interrupted and is repeated. */
 #define CLOCK_READING_MAX_US    50
 #define CLOCK_READING_TRIES_MAX 10
 
@@ -46,7 +46,7 @@ static const struct transport *find_transport(const char *spec)
     return NULL;
 }
 
-/* size of "unix:PATH, file:PATH or pty:PATH" */
+/* size of a list of link forms, such as "unix:PATH, file:PATH or pty:PATH" */
 #define LINK_FORMS_TEXT_SIZE 200u
 static void list_link_forms(char out[LINK_FORMS_TEXT_SIZE])
 {
@@ -389,8 +389,8 @@ enum mr_status link_service(struct link *link, struct error *error)
     uint64_t now_us = monotonic_us();
     if (link->absence_reason.status != MR_OK)
         return reopen_device(link, now_us, error);
-    /* Sending holds the lock for up to a second. Receiving continues meanwhile; service waits for
-     * the lock. */
+    /* Sending may hold the lock for up to a second. Receiving does not wait for the lock; only
+     * `service` does. */
     if (link->ops->service && now_us >= link->next_service_us &&
         pthread_mutex_trylock(&link->device_lock) == 0) {
         link->next_service_us = now_us + SERVICE_PERIOD_US;
@@ -400,8 +400,8 @@ enum mr_status link_service(struct link *link, struct error *error)
     return MR_OK;
 }
 
-/* Returns the status of receiving for the caller. A broken device that may return counts as away,
- * which is not an error yet. */
+/* Returns the status of a reception to the caller. A device that broke but may return is reported
+ * as absent, which is not an error yet. */
 static enum mr_status handle_receive_status(struct link *link, enum mr_status status,
                                             const struct error *found, struct error *error)
 {
@@ -434,8 +434,8 @@ enum mr_status link_fill_buffer(struct link *link, struct error *error)
         link->read_us = link_now_us();
         return MR_OK;
     }
-    /* If the other side ends while it has unread bytes of this link, the socket reports a reset,
-     * which counts as the end. */
+    /* A reset means the end too: the socket reports it if the other side ends without having read
+     * all bytes of this link. */
     if (count == 0 || errno == ECONNRESET)
         return MR_CLOSED;
     if (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)
@@ -542,7 +542,8 @@ enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size
     return MR_OK;
 }
 
-/* Locks the device for sending. It may be away, or the receiving thread may be opening it. */
+/* Locks the device for sending. The device may be absent, or the receiving thread may be opening it
+ * again. */
 static enum mr_status lock_device(struct link *link, struct error *error)
 {
     bool is_locked = false;

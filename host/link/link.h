@@ -12,9 +12,9 @@
  * can:can0,base=0x190. The default base is 0. Frames have the identifiers of the bus in both
  * directions.
  *
- * An open link never blocks. Wait for link_fd to be readable, then receive until MR_TOO_FEW,
- * because bytes may be buffered inside the link where poll does not see them. Call link_service at
- * least once a second. A device that disappears (unplugged, interface down) is opened again when it
+ * Receiving never blocks. Wait for link_fd to be readable, then receive until MR_TOO_FEW, because
+ * bytes may be buffered inside the link where poll does not see them. Call link_service at least
+ * once a second. A device that disappears (unplugged, interface down) is opened again when it
  * returns within 10 s, or within the time set by link_set_absence_limit; meanwhile link_fd is -1
  * and receiving returns MR_TOO_FEW.
  *
@@ -50,8 +50,8 @@ bool link_is_can(const char *spec);
 bool link_is_device(const char *spec);
 
 /* Opens a link; the caller closes it. Waits at most 5 s for a unix: socket to appear. MR_USAGE: not
- * a LINK, or of a kind that this version or this use does not have. MR_IO, MR_TIMEOUT: it cannot be
- * opened. */
+ * a LINK, or a kind that does not exist in this version or cannot carry this data. MR_IO,
+ * MR_TIMEOUT: it cannot be opened. */
 enum mr_status link_open(const char *spec, enum link_kind kind, struct link **link,
                          struct error *error);
 /* Opens a candump log in memory, like file:PATH. The text must outlive the link. `interface`: the
@@ -63,17 +63,17 @@ void link_close(struct link *link); /* NULL is allowed */
 /* Sets how long to wait for a device that has disappeared. */
 void link_set_absence_limit(struct link *link, double seconds);
 
-/* Removes ,base=N from a LINK that carries CAN, in place; the base is 0 if there is none. MR_USAGE:
- * N is not a base. */
+/* Removes ,base=N from the LINK text, in place, and returns N in `*base` (0 if there is none).
+ * MR_USAGE: N is not a base, or the LINK does not carry CAN. */
 enum mr_status link_split_base(char *spec, uint16_t *base, struct error *error);
 /* Parses a base, decimal or 0x190, which must be the whole of `text`. MR_USAGE: not a base; `where`
  * is the position of the text for the message. */
 enum mr_status link_parse_base_number(const char *text, const char *where, uint16_t *base,
                                       struct error *error);
 
-/* True if the sender waits until the link is read, so that pausing does not lose data. */
+/* True if the sender waits until its data is read, so that no data is lost if the reader pauses. */
 bool link_sender_waits(const struct link *link);
-/* True for a recording: data arrives as fast as it is read. */
+/* True for a recording, which can be read as fast as the reader wants. */
 bool link_is_recorded(const struct link *link);
 
 /* Returns the base of the board on CAN; for serial: 0. */
@@ -107,8 +107,8 @@ enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size
  * line. MR_IO: the port does not support the rate. */
 enum mr_status link_set_baud(struct link *link, int baud, struct error *error);
 
-/* Both functions send to the board, and wait at most 1 s for room. MR_NOT_NOW: the link is a file.
- * MR_IO: the device is away or failed. */
+/* The next two functions send data to the board, and wait at most 1 s for room in the device's
+ * buffer. MR_NOT_NOW: the link is a file. MR_IO: the device is away or failed. */
 enum mr_status link_send_frame(struct link *link, const struct link_frame *frame,
                                struct error *error);
 enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t length,
@@ -138,14 +138,14 @@ uint64_t link_wall_clock_offset_us(void);
 
 enum diagnosis {
     DIAGNOSIS_SILENT,  /* no data */
-    DIAGNOSIS_GARBLED, /* bytes were received, but no valid frame: wrong baud rate */
-    /* only error frames were received: wrong bit rate, or missing termination */
+    DIAGNOSIS_GARBLED, /* bytes were received, but no valid frame; usually a wrong baud rate */
+    /* only error frames were received; usually a wrong bit rate or missing termination */
     DIAGNOSIS_BUS_ERRORS,
     DIAGNOSIS_NO_HELLO, /* frames were received, but none that identifies the board */
 };
 
-/* Finds the reason why no board is understood. `text`: "NAME: what was received; what to do", one
- * line. */
+/* Finds out why no board was identified on the link. `text`: "NAME: what was received; what to do",
+ * one line. */
 enum diagnosis link_diagnose(const struct link *link, char text[DIAGNOSIS_TEXT_SIZE]);
 /* Returns the reason as one word for programs: "silent", "garbled", "bus-errors", "no-hello".
  * Static storage. */

@@ -16,8 +16,8 @@ enum link_kind { LINK_CAN, LINK_SERIAL };
 #define LINK_ID_REMOTE   0x40000000u
 #define LINK_ID_ERROR    0x20000000u
 
-/* Convert an identifier with its flags from the bus to the catalogue, for the board at `base`, and
- * back. Only 11-bit identifiers are changed. */
+/* link_id_from_bus converts an identifier (with its flags) from the bus to the catalogue, for the
+ * board at `base`; link_id_to_bus converts it back. Only 11-bit identifiers are changed. */
 static inline uint32_t link_id_from_bus(uint32_t id, uint16_t base)
 {
     return id & (LINK_ID_EXTENDED | LINK_ID_ERROR)
@@ -42,9 +42,9 @@ struct link_frame {
  * link_counters); the count is stored in the campaign and shown to the user. Campaign databases
  * contain the numbers: append new entries at the end.
  *
- * The first group are the reports of CAN error frames (linux/can/error.h), the second group losses
- * on the path into this computer, the last group losses because the queue to the campaign was full
- * (host/link/queue.h): CAN frames, serial bytes. */
+ * The first group is reported in CAN error frames (linux/can/error.h). The second group is losses
+ * on the way to this program. The last group is CAN frames and serial bytes lost because the queue
+ * to the campaign was full (host/link/queue.h). */
 
 /* name of an error, and its text for a number of errors */
 /* clang-format off */
@@ -86,7 +86,7 @@ struct link_rx {
     uint64_t start_us; /* start of the counting, by the monotonic clock */
     uint64_t bytes;
     uint64_t valid_frames; /* serial: frames with a valid CRC; counting stops after the first one */
-    uint64_t bad_frames;   /* number of frame ends without a valid frame */
+    uint64_t bad_frames;   /* number of frame ends in the data that do not complete a valid frame */
     int baud;              /* rate of the serial line; 0: the link has none */
     struct mr_deframer deframer;
 };
@@ -95,7 +95,7 @@ struct link_counters {
     uint64_t received_count; /* number of frames or bytes received */
     uint64_t sent_count;
     uint64_t fault_count[LINK_FAULT_COUNT];
-    uint64_t fault_total; /* sum of `fault`; unchanged if there was no new error */
+    uint64_t fault_total; /* sum of `fault`, which shows whether there was any new error */
     uint64_t
         error_frames;   /* number of error frames of the adapter; not included in received_count */
     uint64_t bad_lines; /* number of invalid lines of a log, which were skipped */

@@ -1,4 +1,4 @@
-/* Functions that a kind of link implements. Only host/link/ includes this file. */
+/* Functions that each kind of link implements. Only host/link/ includes this file. */
 #ifndef MATRIG_HOST_LINK_LINK_OPS_H
 #define MATRIG_HOST_LINK_LINK_OPS_H
 
@@ -12,16 +12,16 @@
 struct link;
 
 struct link_ops {
-    unsigned carried_kinds; /* bit mask of the kinds that it carries: 1 << enum link_kind */
+    unsigned carried_kinds; /* bit mask of the data that it can carry: 1 << enum link_kind */
     bool is_device;         /* the link is a device: if it disappears, wait for its return */
-    bool sender_waits;      /* the sender waits until the link is read */
+    bool sender_waits;      /* the sender waits until its data is read */
     bool is_recorded;       /* a recording: data arrives as fast as it is read */
     enum mr_status (*open)(struct link *link, const char *path, struct error *error);
     enum mr_status (*receive_frame)(struct link *link, struct link_frame *frame,
                                     struct error *error);
     enum mr_status (*send)(struct link *link, const uint8_t *bytes, size_t length,
                            struct error *error);
-    /* the functions below may be NULL */
+    /* all functions below may be NULL */
     /* like read(2); NULL: read(2) from fd */
     ssize_t (*read)(struct link *link, uint8_t *bytes, size_t size);
     void (*service)(struct link *link); /* periodic work, called about once a second */
@@ -59,7 +59,7 @@ struct link {
     uint64_t read_us; /* Unix time at which the newest of these bytes were read */
     /* the next two fields are for file: links that carry CAN */
     struct candump_log log;
-    /* the bus is still unknown: it will be the first one on which a board sends a hello */
+    /* the bus is not known yet: it will be the first one on which a board sends a hello */
     bool is_bus_unknown;
     const char *text; /* log in memory; NULL: the log is read from fd */
     size_t text_length, text_position;
@@ -72,8 +72,8 @@ struct link {
     uint64_t next_service_us;
     uint32_t kernel_lost_count; /* counter of the kernel, only for can: */
     struct tty *tty;            /* open port, only for serial: */
-    /* only for serial: the adapter that was opened first, as text; only that adapter is opened
-     * again. Empty: any adapter at the port */
+    /* only for serial: text that identifies the adapter that was opened first. After a
+     * disconnection only this adapter is opened again. "": any adapter at the port */
     char adapter[USB_TEXT_SIZE];
 };
 

@@ -1,6 +1,6 @@
 /* The queue is a list of pieces of memory. A piece is mapped when the last one is full, and
- * unmapped when all its items are released. A ring buffer would in time touch all of its memory,
- * even if it never contained much. */
+ * unmapped when all its items are released. A ring buffer is not used, because over time it would
+ * occupy its whole memory even with few items. */
 #include "host/link/queue.h"
 
 #include <errno.h>
@@ -17,7 +17,7 @@
 
 #define QUEUE_PIECE_BYTES (256u * 1024u)
 
-/* Totals of all items before a position. */
+/* Sums over all items before a position. */
 struct queue_totals {
     uint64_t item_count, memory_bytes, frame_count, serial_byte_count;
 };
@@ -53,7 +53,7 @@ struct link_queue {
     size_t capacity;
     int event_fd;
     bool wants_event, is_stopped, was_full;
-    /* largest number of items read so far; after a rewind, items below it are repeated */
+    /* largest number of items read so far; after a rewind, smaller item numbers are read again */
     uint64_t most_items_read;
     struct queue_piece *spare, *oldest; /* oldest: first piece that has not been discarded */
     size_t history_bytes_max;
@@ -127,7 +127,7 @@ static void advance_position(struct queue_position *place, const struct item_hea
     place->totals.serial_byte_count += head->kind == LINK_ITEM_BYTES ? head->length : 0;
 }
 
-/* Appends an item. `beyond_capacity`: also if the queue is full. */
+/* Appends an item. `beyond_capacity`: appends it even if the queue is full. */
 static bool append_item(struct link_queue *queue, const struct item_header *head,
                         const void *content, bool beyond_capacity)
 {
@@ -206,7 +206,8 @@ void link_queue_signal(struct link_queue *queue)
     if (signals && queue->event_fd >= 0) {
         const uint64_t one = 1;
         ssize_t written = write(queue->event_fd, &one, sizeof one);
-        /* if the counter of the eventfd is full, the write fails, but the reader still wakes */
+        /* The write fails only if the counter of the eventfd is full, and then the reader is
+         * signalled anyway. */
         (void)written;
     }
 }
@@ -394,7 +395,7 @@ struct link_reader {
     uint64_t queued_fault_total;
     pthread_t thread;
     bool is_thread_started;
-    int wake_fd; /* eventfd that ends a wait */
+    int wake_fd; /* eventfd that makes a waiting thread return */
     atomic_bool must_stop, is_blocked;
     atomic_uint_fast64_t lost_count;
     uint8_t bytes[LINK_QUEUE_READ_MAX];
@@ -426,7 +427,7 @@ static void queue_counters(struct link_reader *reader)
     const struct link_counters *counters = link_counters(reader->link);
     if (counters->fault_total + counters->bad_lines == reader->queued_fault_total)
         return;
-    /* the count of sent data is left out: another thread changes it */
+    /* without the count of sent data, which another thread changes */
     struct link_counters copy = {.received_count = counters->received_count,
                                  .fault_total = counters->fault_total,
                                  .bad_lines = counters->bad_lines};
@@ -442,7 +443,8 @@ static void count_dropped_data(struct link_reader *reader, size_t count)
     atomic_fetch_add(&reader->lost_count, count);
 }
 
-/* Puts one frame or one read into the queue. Returns false if the reader was stopped. */
+/* Adds one frame, or the bytes of one read, to the queue. Returns false if the reader was
+ * stopped. */
 static bool queue_data(struct link_reader *reader, const struct link_frame *frame, size_t length,
                        uint64_t host_us)
 {
@@ -478,7 +480,7 @@ static void end_reading(struct link_reader *reader, const struct error *reason)
     reader->has_ended = true;
 }
 
-/* Reads the waiting data of the link, up to the limit of one turn. Returns true if there may be
+/* Reads waiting data of the link, limited to the amount of one turn. Returns true if there may be
  * more. */
 static bool read_link_once(struct link_reader *reader)
 {
@@ -536,7 +538,7 @@ static void *run_reader_thread(void *context)
         if (!more && !reader->has_ended)
             poll(polled, 2, SERVICE_PERIOD_MAX_MS);
     }
-    queue_counters(reader); /* the counters include the last losses */
+    queue_counters(reader); /* at the end, report the last losses */
     link_queue_signal(reader->queue);
     return NULL;
 }
@@ -558,7 +560,7 @@ enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t c
     made->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     if (capacity == 0)
         capacity = kind == LINK_CAN ? LINK_QUEUE_CAN_BYTES : LINK_QUEUE_SERIAL_BYTES;
-    /* a recording needs no limit: each item is read before the next one is added */
+    /* no limit: a recording is read item by item, so the queue never grows */
     if (made->is_recording)
         capacity = SIZE_MAX / 4;
     enum mr_status status = link_queue_open(capacity, event_fd, &made->queue, error);

@@ -2,20 +2,20 @@
  * queue in memory between the thread that reads the link and the thread that writes the campaign.
  * One thread appends, another reads; each function locks the queue.
  *
- * Items that were read are kept until link_queue_release: link_queue_rewind returns them when a
- * failed transaction is written again. The newest part of the released items is also kept, in case
- * the campaign itself is lost: link_queue_rewind_all returns them too. */
+ * Items that were read are kept until link_queue_release. If a transaction fails, link_queue_rewind
+ * makes them readable again. The newest of the released items are also kept, in case the campaign
+ * file is lost; link_queue_rewind_all makes them readable again too. */
 #ifndef MATRIG_HOST_LINK_QUEUE_H
 #define MATRIG_HOST_LINK_QUEUE_H
 
 #include "host/link/link.h"
 
-/* Capacity: 60 s of a fully loaded link. An item takes LINK_QUEUE_ITEM_BYTES bytes and its content,
- * rounded up to a multiple of 8. CAN: 1 Mbit/s carries at most 9,009 frames/s of 8 bytes (111 bits
- * without stuffing), 24 bytes each: 13.0 MB. Serial: 2 Mbaud carry 200,000 bytes/s in up to 5,000
- * reads a second (40 bytes a read: adapters deliver 32 to 512), which add 24 bytes each: 19.2 MB.
- * Memory is allocated as the queue grows and freed as it empties, except for the newest released
- * items, which use part of the capacity: 30 s of a fully loaded link. */
+/* Capacity: 60 s of a fully loaded link. An item takes LINK_QUEUE_ITEM_BYTES bytes plus its
+ * content, rounded up to a multiple of 8. CAN: 1 Mbit/s carries at most 9,009 frames/s of 8 bytes
+ * (111 bits without stuffing), 24 bytes each: 13.0 MB. Serial: 2 Mbaud carry 200,000 bytes/s in up
+ * to 5,000 reads a second (40 bytes a read: adapters deliver 32 to 512), which add 24 bytes each:
+ * 19.2 MB. Memory is allocated as the queue grows and freed as it empties, except for the newest
+ * released items, which may use half of the capacity. */
 #define LINK_QUEUE_CAPACITY_S 60u
 #define LINK_QUEUE_ITEM_BYTES 16u
 #define LINK_QUEUE_CAN_BYTES  (LINK_QUEUE_CAPACITY_S * 9009u * (LINK_QUEUE_ITEM_BYTES + 8u))
@@ -31,7 +31,7 @@ struct link_queue;
 
 enum link_item_kind {
     LINK_ITEM_FRAME, /* a CAN frame */
-    LINK_ITEM_BYTES, /* serial bytes that one call read */
+    LINK_ITEM_BYTES, /* serial bytes of one read */
     /* counters of the link, placed before the data received after they changed */
     LINK_ITEM_COUNTERS,
     LINK_ITEM_CLOCK_JUMP, /* this computer's clock was set: later time stamps use the new time */
@@ -55,8 +55,8 @@ struct link_queue_depth {
     uint64_t can_frames, serial_bytes; /* CAN frames and serial bytes that are not released */
 };
 
-/* Opens a queue. `event_fd`: an eventfd that is written when something is put after
- * link_queue_request_event returned false; -1: none. MR_FULL: no memory. */
+/* Opens a queue. `event_fd`: an eventfd (-1: none). After link_queue_request_event has returned
+ * false, the next item added to the queue is signalled on it. MR_FULL: no memory. */
 enum mr_status link_queue_open(size_t capacity, int event_fd, struct link_queue **queue,
                                struct error *error);
 void link_queue_close(struct link_queue *queue); /* NULL is allowed; no thread may be in a call */
@@ -82,11 +82,11 @@ bool link_queue_is_nearly_full(struct link_queue *queue);
 /* Reads the next item. Returns false if there is none. */
 bool link_queue_read(struct link_queue *queue, struct link_item *item);
 bool link_queue_has_unread(struct link_queue *queue);
-/* As link_queue_has_unread; if it returns false, the eventfd signals later items. */
+/* As link_queue_has_unread. If it returns false, the next items are signalled on the eventfd. */
 bool link_queue_request_event(struct link_queue *queue);
-/* Discards the items read so far, which are stored now. */
+/* Releases the items read so far. Call it when they are stored. */
 void link_queue_release(struct link_queue *queue);
-/* Puts the items that were read and not released back into the queue. */
+/* Makes the items that were read and not released readable again. */
 void link_queue_rewind(struct link_queue *queue);
 /* As link_queue_rewind, also for all released items that the queue still has. Such items are
  * counted only once. */
@@ -98,7 +98,7 @@ bool link_queue_is_complete(struct link_queue *queue);
 uint64_t link_queue_oldest_us(struct link_queue *queue);
 /* Adds a LINK_ITEM_CLOCK_JUMP after all items so far. */
 void link_queue_put_clock_jump(struct link_queue *queue, int64_t jump_us);
-/* Ends all waiting for room, also of later calls. */
+/* Ends all waiting for room, now and in later calls. */
 void link_queue_stop(struct link_queue *queue);
 
 struct link_queue_depth link_queue_depth(struct link_queue *queue);
@@ -114,12 +114,12 @@ struct link_queue_depth link_queue_depth(struct link_queue *queue);
  * (link_is_recorded) has no thread: it is read on request, so that the same files always give the
  * same campaign. */
 
-#define LINK_READER_FRAMES_PER_READ 1024u /* CAN frames read in one turn */
+#define LINK_READER_FRAMES_PER_READ 1024u /* maximum number of CAN frames read in one turn */
 
 struct link_reader;
 
-/* Returns the reason why nothing is written at present: one of the LINK_LOST_ values. The reader's
- * thread calls it. */
+/* Returns the reason why the campaign is not being written at present: one of the LINK_LOST_
+ * values. Called by the reader's thread. */
 typedef enum link_fault link_loss_cause_finder(void *context);
 
 /* Opens a reader. `link` must outlive it; from now on other code may call only link_send_... and
@@ -135,9 +135,9 @@ void link_reader_close(struct link_reader *reader); /* NULL is allowed */
 struct link_queue *link_reader_queue(const struct link_reader *reader);
 
 /* Returns the descriptor to wait for before link_reader_read. -1: a thread reads the link and
- * signals with `event_fd`. */
+ * signals new data on `event_fd`. */
 int link_reader_fd(const struct link_reader *reader);
-/* Reads one turn of a recording. Returns true if more data may be available immediately. */
+/* Reads the next part of a recording. Returns true if more data may be available immediately. */
 bool link_reader_read(struct link_reader *reader);
 /* Returns the amount of data lost so far because the queue was full: CAN frames or serial bytes. */
 uint64_t link_reader_lost_count(const struct link_reader *reader);

@@ -12,13 +12,14 @@
 #define EARLIEST_DATE_US          946684800000000
 #define UNCERTAINTY_MAX_US        50000.0
 #define BISECTION_COUNT           60
-/* a larger rate difference is not a change of the clock: the board's time is emulated */
+/* A larger rate difference means that the board's time is emulated, not that the clock was set. */
 #define EMULATED_RATE_MIN_PPM     20000.0
-/* A clock change is assumed if it reduces the delays by this factor. Without a change, the factor
- * was at most 2.8 in 50,000 sessions of 18 pairs or more, with any delays. */
+/* A change of the clock is assumed if it explains the delays with a spread smaller by this factor.
+ * Without a change, the factor was at most 2.8 in 50,000 sessions of 18 pairs or more, with any
+ * delays. */
 #define CLOCK_JUMP_RATIO_MIN      3.0
 #define CLOCK_JUMP_PAIRS_MIN      6u  /* smallest number of pairs before and after the change */
-#define CLOCK_JUMP_CANDIDATES_MAX 60u /* largest number of places that are tried */
+#define CLOCK_JUMP_CANDIDATES_MAX 60u /* largest number of moments that are tried */
 
 struct point {
     double x_s;  /* board time, s */
@@ -72,8 +73,8 @@ static size_t compute_lower_hull(const struct point *point, size_t n, struct poi
     return count;
 }
 
-/* Finds the line below all points with the smallest mean distance to them: the hull's edge at the
- * mean time. */
+/* Finds the line below all points that has the smallest mean distance to them. It contains the
+ * hull's edge at the mean time. */
 static void find_lower_tangent(const struct point *hull, size_t count, double mean_s,
                                double *at_mean_us, double *slope_ppm)
 {
@@ -84,7 +85,8 @@ static void find_lower_tangent(const struct point *hull, size_t count, double me
     *at_mean_us = hull[i].y_us + *slope_ppm * (mean_s - hull[i].x_s);
 }
 
-/* Finds the range of slopes of the lines through (mean_s, c_us) that stay below the hull. */
+/* Finds the range of slopes of the lines through the point (mean_s, c_us) that stay below the
+ * hull. */
 static void find_slope_range(const struct point *hull, size_t count, double mean_s, double c_us,
                              double *low_ppm, double *high_ppm)
 {
@@ -101,14 +103,14 @@ static void find_slope_range(const struct point *hull, size_t count, double mean
     *high_ppm = fmax(*high_ppm, *low_ppm);
 }
 
-/* Returns the number of pairs next to the line that are assumed to be evenly dense. */
+/* Returns the number of pairs nearest to the line that are assumed to have uniform density. */
 static size_t count_strip_pairs(size_t n)
 {
     return 4 + (size_t)sqrt((double)n);
 }
 
-/* Integrates over c = T - D / u, u from 0 to 1, with density ~ u^(m-2) times the width between the
- * tangents. */
+/* Computes the posterior as a mixture: integrates over c = T - D / u for u from 0 to 1, where the
+ * density is proportional to u^(m-2) times the width between the tangents (timemap.h). */
 static void integrate_posterior(struct timemap_fit *fit, const struct point *hull, size_t count,
                                 double touch_us, double strip_us, double m)
 {
@@ -157,7 +159,7 @@ static double compute_quantile(const struct residual_mixture *mixture, double lo
     return 0.5 * (low + high);
 }
 
-/* Computes the 95 % interval of k c + b t. */
+/* Computes the 95 % interval of the quantity k c + b t, with c and b of timemap.h. */
 static struct timemap_value compute_interval(const struct timemap_fit *fit, double k, double t_s)
 {
     struct residual_mixture mixture = {.weight = fit->weight};
@@ -203,9 +205,9 @@ static enum timemap_refusal check_fit(const struct timemap_fit *fit, double tole
     return TIMEMAP_OK;
 }
 
-/* True if the clock was set between pair k - 1 and pair k + gap. Both sides get a line with the
- * rate of the longer side; a change is found if four fifths of all pairs are within `most_us` above
- * their line. */
+/* True if the clock was set between pair k - 1 and pair k + gap. The pairs before and after the
+ * change get separate lines, both with the rate of the longer part. A change is found if four
+ * fifths of all pairs are at most `most_us` above their line. */
 static bool is_clock_jump_at(const struct point *point, size_t n, size_t k, size_t gap,
                              double most_us)
 {
@@ -227,8 +229,8 @@ static bool is_clock_jump_at(const struct point *point, size_t n, size_t k, size
     return within > (n - gap) * 4 / 5;
 }
 
-/* True if this computer's clock was set at some time: delays are much smaller if a change is
- * assumed. */
+/* True if this computer's clock was set during the session: assuming such a change makes the delays
+ * much smaller. */
 static bool has_clock_jump(double late_us, const struct point *point, size_t n)
 {
     double most_us = (late_us - 2.0 * TIME_STAMP_ERROR_US) / CLOCK_JUMP_RATIO_MIN;
@@ -260,7 +262,7 @@ void timemap_fit(const struct timemap *map, double tolerance_ppm, struct timemap
     size_t m = count_strip_pairs(n);
     double strip_us = over_us[m - 1] * (1.0 - (double)m / (4.0 * (double)n));
     integrate_posterior(fit, hull, count, touch_us, fmax(strip_us, STRIP_MIN_US), (double)m);
-    /* how much the host's time gains per second of the board, us */
+    /* time that this computer's clock gains per second of the board's clock, us */
     struct timemap_value slower = compute_interval(fit, 0.0, 1.0);
     fit->rate_ppm = (struct timemap_value){1e6 / (1.0 + slower.value / 1e6) - 1e6,
                                            slower.half_width};

@@ -8,11 +8,10 @@
  *
  *     host = offset + rate * board + delay,   delay >= 0
  *
- * The only assumption about the distribution of delays is that their density at the smallest delay
- * is the same as slightly above it. Then the pairs just above the line form a Poisson process of
- * unknown intensity in the strip there. The prior is uniform in offset, rate and the logarithm of
- * the intensity (the invariant prior of a location and a scale). The posterior of the line (offset
- * and rate) is
+ * The only assumption about the distribution of delays is that their density is constant near the
+ * smallest delay. Then the pairs in a narrow strip above the line form a Poisson process of unknown
+ * intensity. The prior is uniform in offset, rate and the logarithm of the intensity (the invariant
+ * prior of a location and a scale). The posterior of the line (offset and rate) is
  *
  *     p(c, b) ~ (T - c)^-m   for every line c + b (t - mean t) below all pairs,
  *
@@ -23,7 +22,7 @@
  *
  * The smallest delay cannot be separated from the offset: a link with a constant delay of a
  * millisecond makes every time of day a millisecond late, and no interval shows it. The known part
- * of the delay is subtracted before (TIMEMAP_SERIAL_DELAY_US). Pure functions. */
+ * of the delay is subtracted beforehand (TIMEMAP_SERIAL_DELAY_US). Pure functions. */
 #ifndef MATRIG_HOST_LINK_TIMEMAP_H
 #define MATRIG_HOST_LINK_TIMEMAP_H
 
@@ -36,8 +35,8 @@
 #define TIMEMAP_PAIRS_MIN   12u
 #define TIMEMAP_GRID_POINTS 96u
 
-/* Delay of a clock message on serial, which has the time of a block's first trigger. It is sent
- * when the block is complete, 970 us later, and takes at least 17 bytes of 5 us. */
+/* Delay of a clock message on serial. It contains the time of a block's first trigger, is sent when
+ * the block is complete, 970 us later, and takes at least 17 bytes of 5 us each. */
 #define TIMEMAP_SERIAL_DELAY_US 1055
 
 struct timemap {
@@ -45,7 +44,7 @@ struct timemap {
     struct timemap_pair {
         double board_us;
         int64_t host_us;       /* Unix time */
-    } pair[TIMEMAP_PAIRS_MAX]; /* pair n is at index n modulo TIMEMAP_PAIRS_MAX */
+    } pair[TIMEMAP_PAIRS_MAX]; /* ring: pair n is at index n modulo TIMEMAP_PAIRS_MAX */
 };
 
 /* A value with its 95 % interval, both in the unit of the field's name. */
@@ -62,19 +61,20 @@ enum timemap_refusal {
     /* The board's time does not run at the rate of this computer's clock: the board is emulated, or
      * a file is read. */
     TIMEMAP_OTHER_RATE,
-    TIMEMAP_UNCERTAIN, /* the delays vary too much, or this computer's clock was set meanwhile */
+    /* the delays vary too much, or this computer's clock was set during the recording */
+    TIMEMAP_UNCERTAIN,
 };
 
 struct timemap_fit {
-    /* Unless it is TIMEMAP_OK, the fields below except pair_count are not valid; rate_ppm is also
-     * valid for TIMEMAP_OTHER_RATE. */
+    /* If it is not TIMEMAP_OK, the fields below are not valid, except pair_count and, for
+     * TIMEMAP_OTHER_RATE, rate_ppm. */
     enum timemap_refusal refusal;
     size_t pair_count;
     double from_us, to_us;         /* board time of the first and the last pair */
     double spread_us;              /* median delay minus the smallest delay */
     struct timemap_value rate_ppm; /* how much faster the board's clock runs than this computer's */
 
-    /* The posterior. Times in s and offsets in us are relative to board_origin_us and
+    /* The posterior distribution. Times in s and offsets in us are relative to board_origin_us and
      * host_origin_us. */
     double board_origin_us, mean_time_s;
     int64_t host_origin_us;
@@ -85,10 +85,10 @@ struct timemap_fit {
 /* Adds a pair. A pair whose board time is not later than the last one is ignored. */
 void timemap_add(struct timemap *map, double board_us, int64_t host_us);
 /* Fits the line. `tolerance_ppm`: largest possible rate error of both clocks together; if the rate
- * is certainly beyond it, the result is TIMEMAP_OTHER_RATE. */
+ * error is certainly larger, the result is TIMEMAP_OTHER_RATE. */
 void timemap_fit(const struct timemap *map, double tolerance_ppm, struct timemap_fit *fit);
-/* Converts a board time to the time of day, Unix microseconds. The interval grows with the distance
- * from the pairs. */
+/* Converts a board time to the time of day, Unix microseconds. The interval is wider for times
+ * farther from the pairs. */
 struct timemap_value timemap_to_host_us(const struct timemap_fit *fit, double board_us);
 /* Returns the meaning of a refusal and what to do, as text. Static storage. */
 const char *timemap_refusal_text(unsigned refusal);

@@ -2,7 +2,8 @@
  * pseudo-terminal of an emulated board. */
 #include "host/link/tty.h"
 
-/* defines struct termios2, which allows any rate; cannot be included with termios.h */
+/* Defines struct termios2, which allows any baud rate. Cannot be included together with
+ * termios.h. */
 #include <asm/termbits.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -52,7 +53,7 @@ static enum mr_status pts_open(struct link *link, const char *path, int baud, st
             error, MR_IO,
             "cannot open the terminal (%s): %s; start the emulated board on this terminal first",
             strerror(errno), link->spec);
-    /* two readers would each get only a part of the bytes */
+    /* Exclusive lock: two readers would each receive only some of the bytes. */
     if (flock(link->fd, LOCK_EX | LOCK_NB) != 0)
         return error_set(error, MR_IO, "another matrig uses the terminal: %s; end it first",
                          link->spec);
@@ -63,13 +64,14 @@ static enum mr_status pts_open(struct link *link, const char *path, int baud, st
 
 #define WRITE_WAIT_MS          1000u
 #define BAUD_MAX               20000000
-/* devices here are not serial ports but are used like one: socat, or the emulation of an adapter */
+/* Directory of pseudo-terminals. They are accepted as serial ports, for socat or an emulated
+ * adapter. */
 #define PTS_DIRECTORY          "/dev/pts/"
 /* a UART loses bytes if its rate has a larger error */
 #define BAUD_TOLERANCE_PERCENT 2
 
 struct tty {
-    struct sp_port *port; /* NULL: pseudo-terminal */
+    struct sp_port *port; /* port of libserialport; NULL: a pseudo-terminal */
     const char *spec;
     int fd;
     struct serial_icounter_struct last_counters;
@@ -92,7 +94,7 @@ enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_
         *baud = (int)value;
         length = (size_t)(colon - text);
     } else if (colon && colon > text && (size_t)(colon - text) < TTY_PATH_SIZE) {
-        /* a colon does not end the path: names in /dev/serial/by-path/ contain colons */
+        /* Split at the last colon only: names in /dev/serial/by-path/ contain colons too. */
         snprintf(path, TTY_PATH_SIZE, "%.*s", (int)(colon - text), text);
         if (access(path, F_OK) == 0 && access(text, F_OK) != 0)
             return error_set(error, MR_USAGE,
@@ -119,9 +121,9 @@ static void describe_adapter(const struct sp_port *port, char usb[USB_TEXT_SIZE]
                  number ? ", serial number " : "", number ?: "");
 }
 
-/* Finds the adapter `usb`, and writes its present name into `real`. Names can change: `real` may
- * now name another adapter. Returns false if the adapter is missing, or if several are alike and
- * none has the old name. */
+/* Finds the adapter `usb`, and writes its present name into `real`. The name may have changed, and
+ * `real` may have become the name of another adapter. Returns false if the adapter is missing, or
+ * if several are alike and none has the old name. */
 static bool find_adapter(const char *usb, char real[PATH_MAX])
 {
     struct sp_port **ports = NULL;
@@ -144,8 +146,8 @@ static bool find_adapter(const char *usb, char real[PATH_MAX])
     return same || count == 1;
 }
 
-/* Stores the adapter of the port, unless several ports are alike (adapters without serial numbers,
- * or with several ports): then only the name distinguishes them. */
+/* Stores which adapter the port belongs to. Nothing is stored if several ports are alike (adapters
+ * without serial numbers, or with several ports), because then only the name distinguishes them. */
 static void remember_adapter(struct link *link)
 {
     char none[PATH_MAX] = "";
@@ -207,7 +209,8 @@ static enum mr_status configure_port(struct tty *tty, int baud, struct error *er
             error, MR_IO,
             "the serial port does not support %d baud, 8N1 (%s): %s; give a different rate", baud,
             strerror(sp_last_error_code()), tty->spec);
-    /* A driver that does not support a rate silently uses another one. */
+    /* Reads the rate back, because a driver that does not support it uses another one without an
+     * error. */
     if (sp_new_config(&config) == SP_OK) {
         if (sp_get_config(tty->port, config) != SP_OK ||
             sp_get_config_baudrate(config, &actual_baud) != SP_OK)
@@ -222,8 +225,8 @@ static enum mr_status configure_port(struct tty *tty, int baud, struct error *er
     return MR_OK;
 }
 
-/* Locks the port in two ways: TIOCEXCL stops every program except root's, the file lock stops
- * another matrig. */
+/* Locks the port in two ways: TIOCEXCL excludes other programs, except those of root; the file lock
+ * excludes another matrig. */
 static enum mr_status lock_port(struct tty *tty, struct error *error)
 {
     if (flock(tty->fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
@@ -329,10 +332,10 @@ static ssize_t serial_read(struct link *link, uint8_t *bytes, size_t size)
                               : read(tty->fd, bytes, size);
     if (count > 0)
         return count;
-    /* a hang-up may follow while data is still waiting */
+    /* no error yet: the other end may have closed while data is still waiting */
     if (!tty->port && count < 0 && (errno == EAGAIN || errno == EINTR))
         count = 0;
-    /* A port that hung up reads as empty but stays readable. */
+    /* After a hang-up the port is always readable and returns no bytes. */
     struct pollfd state = {.fd = tty->fd, .events = POLLIN};
     if (count < 0 || (poll(&state, 1, 0) > 0 && state.revents & (POLLHUP | POLLERR | POLLNVAL))) {
         errno = ENODEV;
@@ -388,14 +391,15 @@ const struct link_ops link_serial_ops = {
 /* ---- pty: ---- */
 
 #define OPEN_TRIES_MAX 250
-/* pause between two tries; all tries take 5 s, as for unix: links, because the board may be
- * starting */
+/* pause between two tries. The tries take 5 s in all, as for unix: links, because the board may
+ * still be starting */
 #define OPEN_PAUSE_MS  20
 
 static enum mr_status pty_open(struct link *link, const char *path, struct error *error)
 {
     bool first = link->absence_reason.status ==
-                 MR_OK; /* link.c waits for a device that was present before */
+                 /* Not an error for a device that was present before: link.c waits for it. */
+                 MR_OK;
     for (int i = 0; first && i < OPEN_TRIES_MAX && access(path, F_OK) != 0 && errno == ENOENT; i++)
         poll(NULL, 0, OPEN_PAUSE_MS);
     link_restart_counting(link, TTY_BAUD_DEFAULT);

@@ -12,8 +12,8 @@ struct link;
 struct tty;
 
 /* Splits "TTY[:BAUD]". A colon belongs to the path unless only digits follow it (names in
- * /dev/serial/by-path contain colons). MR_USAGE: not of this form; `form` is the correct form for
- * the message. */
+ * /dev/serial/by-path contain colons). MR_USAGE: wrong syntax; `form` is the correct syntax for the
+ * message. */
 enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_SIZE], int *baud,
                          struct error *error);
 

@@ -10,7 +10,7 @@
 #include "host/link/link_ops.h"
 
 #define OPEN_TRIES_MAX  250
-#define OPEN_PAUSE_MS   20 /* pause between two tries; all tries take 5 s */
+#define OPEN_PAUSE_MS   20 /* pause between two tries; the tries take 5 s in all */
 #define SEND_WAIT_MS    1000
 /* struct can_frame: id u32, length, 3 bytes of padding, 8 bytes of data; little-endian hosts */
 #define CAN_FRAME_BYTES 16u
@@ -25,7 +25,8 @@ static enum mr_status unix_open(struct link *link, const char *path, struct erro
 
     int reason = 0;
     for (int i = 0; i < OPEN_TRIES_MAX; i++) {
-        /* connect must not block while the board has connections that it has not accepted */
+        /* Non-blocking: connect must not wait while the board has connections that it has not
+         * accepted. */
         link->fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
         if (link->fd < 0)
             return error_set(error, MR_IO,
@@ -36,7 +37,8 @@ static enum mr_status unix_open(struct link *link, const char *path, struct erro
         reason = errno;
         close(link->fd);
         link->fd = -1;
-        /* The board has not created the socket yet, or the socket is left from an earlier run. */
+        /* Try again: the board may not have created the socket yet, or the socket is left from an
+         * earlier run. */
         if (reason != ENOENT && reason != ECONNREFUSED && reason != EAGAIN)
             break;
         poll(NULL, 0, OPEN_PAUSE_MS);

@@ -6,12 +6,13 @@
 #include "common/catalogue.h"
 
 #define MISSING_VALUE            ((float)NAN)
-/* a block this much older than the newest one means that the board has restarted */
+/* A block this much older than the newest one means that the board has restarted. */
 #define RESTART_MIN_BLOCKS       1000
-/* if the newest record is not older than this, values from CAN are ignored */
+/* Values from CAN are ignored while the newest block record is not older than this. */
 #define RECORD_AGE_MAX_BLOCKS    200
-#define LINK_SILENCE_MIN_BLOCKS  500 /* a link that lags the other by this much has stopped */
-#define SENDING_DELAY_MAX_BLOCKS 10  /* a message can be sent this many blocks after its readings */
+/* a link that is this far behind the other one counts as stopped */
+#define LINK_SILENCE_MIN_BLOCKS  500
+#define SENDING_DELAY_MAX_BLOCKS 10 /* a message can be sent this many blocks after its readings */
 
 static void reset_buckets(struct live_buckets *b)
 {
@@ -84,7 +85,7 @@ static struct live_bucket *find_bucket(struct live_buckets *b, int64_t block)
         return NULL;
     }
     close_buckets_to(b, number - LIVE_OPEN_BUCKETS_MAX);
-    /* the bucket's old content is LIVE_OPEN_BUCKETS_MAX older, so it is closed */
+    /* the old content is of a bucket LIVE_OPEN_BUCKETS_MAX earlier, which is already closed */
     if (bucket->number != number) {
         bucket->number = number;
         for (unsigned i = 0; i < LIVE_CHANNEL_COUNT; i++)

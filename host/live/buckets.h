@@ -1,6 +1,6 @@
 /* Decimated readings for a live view: buckets of LIVE_BUCKET_BLOCKS with the minimum and maximum of
- * each channel, so that drawing only some of them loses no peak. Block records (serial, each ms)
- * are used if they arrive, otherwise the readings on CAN.
+ * each channel, so that peaks remain visible in a coarse drawing. Block records (serial, each ms)
+ * are used if they arrive, otherwise the readings sent on CAN.
  *
  * Pure functions: no clock, no threads, bounded memory. Displacements are readings as the board
  * sends them. Missing values are NaN, missing blocks -1. A block is 1 ms, counted from the start of
@@ -30,7 +30,7 @@ struct live_bucket {
 struct live_reading {
     float value; /* newest value; NaN: not valid */
     int64_t block;
-    uint8_t validity; /* enum mr_validity; from CAN only valid or saturated */
+    uint8_t validity; /* enum mr_validity; for readings from CAN only valid or saturated */
     float min, max;   /* minimum and maximum since arming, or since the view began */
 };
 
@@ -40,34 +40,33 @@ struct live_buckets {
 
     bool channel_known[MR_CHANNELS], zero_known[MR_CHANNELS];
     struct mr_channel_config channel[MR_CHANNELS];
-    uint32_t calibration_known[MR_CHANNELS]; /* bit n: item n is known */
+    uint32_t calibration_known[MR_CHANNELS]; /* bit n: calibration item n of the channel is known */
 
     struct live_reading reading[LIVE_CHANNEL_COUNT];
     int64_t newest_record_block; /* block of the newest block record */
-    /* number of records used; number of readings that arrived for a closed bucket or were not read
-     * in time */
+    /* number of records used; number of readings that were lost because their bucket was closed or
+     * was not read in time */
     uint64_t record_count, late_reading_count;
     struct live_bucket open_bucket[LIVE_OPEN_BUCKETS_MAX];
-    int64_t closed_up_to; /* all buckets up to this one are closed */
+    int64_t closed_up_to; /* number of the last closed bucket */
     struct live_bucket closed_bucket[LIVE_CLOSED_BUCKETS_MAX];
     unsigned closed_count;
 };
 
 void live_buckets_init(struct live_buckets *buckets);
 
-/* Reports the newest block of a link. Returns true if the board has restarted; open buckets are
- * then closed. */
+/* Reports the newest block of a link. If the board has restarted, closes all open buckets and
+ * returns true. */
 bool live_buckets_advance(struct live_buckets *buckets, enum link_kind link, int64_t block);
-/* Applies readings on CAN, and messages with calibration or zeros; other messages change
- * nothing. */
+/* Applies readings from CAN and messages with calibration or zeros; ignores other messages. */
 void live_buckets_add_message(struct live_buckets *buckets, const struct mr_message *message,
                               int64_t block);
 void live_buckets_add_record(struct live_buckets *buckets, const struct mr_block *record);
 /* Resets the minimum and maximum of each channel. */
 void live_buckets_reset_extremes(struct live_buckets *buckets);
 
-/* Closes the buckets that both links have passed, or that the active link has passed if the other
- * one is silent. Call it before each live_buckets_pop. */
+/* Closes the buckets that are complete: both links have passed them, or one link has passed them
+ * and the other one is silent. Call it before each live_buckets_pop. */
 void live_buckets_close_complete(struct live_buckets *buckets);
 /* Moves up to `most` closed buckets to `out`, oldest first. Returns their number. */
 unsigned live_buckets_pop(struct live_buckets *buckets, struct live_bucket *out, unsigned most);

@@ -25,17 +25,17 @@
 #include "host/base/units.h"
 #include "host/live/buckets.h"
 
-/* the events of one minute: 50 of messages, 20 of readings and 5 of state per second */
+/* events of one minute: 50 of messages, 20 of readings and 5 of state per second */
 #define EVENTS_MAX            4500u
 #define EVENT_BYTES_MAX       0x400000u /* maximum of the total bytes of all events */
-/* shortest time between two message events; a warning is sent at once */
+/* shortest time between two message events; a warning does not wait */
 #define MESSAGES_PERIOD_MS    20
 #define READINGS_PERIOD_MS    50
 #define STATE_PERIOD_MS       200
 #define BUCKETS_PER_EVENT     64
 #define FIRST_COMMAND_TAG     0x7601u
 #define MESSAGE_SLOTS_MAX     1024u
-/* if the newest record from serial is not older than this, readings from CAN are ignored */
+/* readings from CAN are ignored while the newest block record from serial is not older than this */
 #define RECORD_AGE_MAX_BLOCKS 500
 
 enum event_kind { EVENT_CONFIGURATION, EVENT_MESSAGES, EVENT_STATE, EVENT_READINGS, EVENT_END };
@@ -46,7 +46,7 @@ struct live_event {
     size_t length;
 };
 
-/* Newest message of a kind, link and subject (channel, switch, ...). */
+/* Newest message of one kind, link and subject (channel, switch, ...). */
 struct message_slot {
     uint32_t key;
     char *text;
@@ -57,33 +57,35 @@ struct live_hub {
     pthread_cond_t event_added;
     const struct live_source *source;
     struct live_buckets buckets;
-    /* random number of this hub; readings with another number belong to an earlier hub */
+    /* random number of this hub, which distinguishes its readings from those of an earlier hub */
     uint32_t hub_id;
 
     struct message_slot slot[MESSAGE_SLOTS_MAX]; /* slots in order of arrival */
     unsigned slot_count;
-    bool has_other_layout; /* the board has another layout, so its other messages are ignored */
+    /* the board has another message layout, so its other messages are ignored */
+    bool has_other_layout;
     bool is_warning, is_armed;
     struct config_words config[LINK_KINDS];
-    /* a sensor is uncalibrated, according to the configuration if it was received */
+    /* a sensor is uncalibrated according to the configuration, once it is received */
     bool is_uncalibrated;
     int64_t received_us[LINK_KINDS];
     struct store_link_counts counts[LINK_KINDS];
 
     struct live_event event[EVENTS_MAX];
-    /* the ring contains first_event to next_event - 1, at event[i % EVENTS_MAX] */
+    /* ring: event i, from first_event to next_event - 1, is at event[i % EVENTS_MAX] */
     uint64_t first_event, next_event;
     size_t event_bytes;
     FILE *pending_stream; /* JSON of messages for the next event; NULL: none */
     char *pending_text;
     size_t pending_length;
-    uint64_t restart_count; /* number of restarts of the board that viewers were informed of */
-    /* times at which the last events of each kind were published */
+    uint64_t restart_count; /* number of restarts of the board that were reported to viewers */
+    /* times at which an event of each kind was last published, ms */
     int64_t messages_published_ms, readings_published_ms, state_published_ms;
     bool has_ended;
 
     struct mr_command command;
-    bool command_given, command_sent, command_answered; /* progress of a viewer's command */
+    /* a viewer's command was given, sent, answered */
+    bool command_given, command_sent, command_answered;
     int64_t command_expires_us;
     enum mr_status command_answer;
     uint16_t command_tag;
@@ -94,8 +96,8 @@ struct live_hub {
 #define DISPLACEMENT_STEPS_PER_IN 10000.0
 #define TENSION_STEPS_PER_LB      100.0
 
-/* Makes a JSON string of external text. If the text is not valid UTF-8, question marks replace its
- * non-ASCII bytes. NULL becomes null. */
+/* Makes a JSON string of external text; null for NULL. In text that is not valid UTF-8, each
+ * non-ASCII byte becomes a question mark. */
 static json_t *text_to_json(const char *text)
 {
     json_t *string = text ? json_string(text) : json_null();
@@ -300,7 +302,7 @@ enum mr_status live_hub_open(const struct live_source *source, struct live_hub *
     pthread_condattr_t steady;
     if (!made)
         return error_set(error, MR_FULL, "out of memory for the live view; close other programs");
-    /* the seed is set before threads start; otherwise two threads could set it at the same time */
+    /* Set the seed before threads start; otherwise two threads could set it at the same time. */
     json_object_seed(0);
     pthread_mutex_init(&made->lock, NULL);
     pthread_condattr_init(&steady);
@@ -341,7 +343,7 @@ void live_hub_close(struct live_hub *hub)
     free(hub);
 }
 
-/* Makes the text of an event for the stream; frees `json`. NULL: no memory. */
+/* Makes the text of an event for the event stream, and frees `json`. NULL: no memory. */
 static char *make_event_text(enum event_kind kind, char *json, uint64_t id)
 {
     static const char *const names[] = {"configuration", "messages", "state", "readings", "end"};
@@ -357,7 +359,7 @@ static void publish_event(struct live_hub *hub, enum event_kind kind, char *json
 {
     char *text = make_event_text(kind, json, hub->next_event);
     if (!text)
-        return; /* without memory, the next event repeats the data */
+        return; /* no memory; the next event contains the data again */
     size_t length = strlen(text);
     while (hub->first_event < hub->next_event &&
            (hub->next_event - hub->first_event == EVENTS_MAX ||
@@ -429,7 +431,7 @@ static void publish_due_events(struct live_hub *hub)
 {
     int64_t now = monotonic_ms();
     if (hub->buckets.restart_count != hub->restart_count) {
-        /* the readings so far belong to the earlier boot */
+        /* publish first the readings from before the restart */
         publish_readings(hub);
         hub->restart_count = hub->buckets.restart_count;
     }
@@ -454,7 +456,7 @@ void live_hub_publish_due_events(struct live_hub *hub)
 
 /* ---- messages ---- */
 
-/* Returns false if the page gets the message as buckets, or does not need it. */
+/* Returns false if the page does not need the message, or gets its data as buckets. */
 static bool is_shown_on_page(const struct mr_message *message)
 {
     switch (message->index) {
@@ -488,8 +490,8 @@ static bool belongs_to_landing(unsigned place)
     }
 }
 
-/* Returns the subject of a message: channel, switch, segment, ... For the predictor, a warning or
- * advice has a separate slot, beside the newest message. */
+/* Returns the subject of a message: channel, switch, segment, ... A warning or advice of the
+ * predictor has a subject of its own, so that a newer message does not replace it. */
 static unsigned get_message_subject(const struct mr_message *m)
 {
     switch (m->index) {
@@ -541,7 +543,8 @@ static void store_slot(struct live_hub *hub, uint32_t key, char *text)
         hub->slot[hub->slot_count++] = (struct message_slot){key, text};
 }
 
-/* Discards the messages of a landing when a new landing is armed or the board has restarted. */
+/* Discards the messages of a landing. Called when a new landing is armed or the board has
+ * restarted. */
 static void discard_landing(struct live_hub *hub, bool faults)
 {
     for (unsigned i = hub->slot_count; i-- > 0;) {
@@ -599,7 +602,7 @@ static void show_message(struct live_hub *hub, const struct collector_event *eve
     }
     add_to_next_event(hub, text);
     bool warns = m->index == MR_INDEX_ZONE_LEAD && m->as.zone_lead.warning;
-    /* store the zone at the beginning of the warning, which arrived before its lead time */
+    /* also store the zone at the beginning of the warning, which arrived before its lead time */
     if (warns && !hub->is_warning) {
         const struct message_slot *zone = find_slot(hub,
                                                     make_slot_key(MR_INDEX_ZONE, event->link, 0));
@@ -663,7 +666,7 @@ void live_hub_add_record(struct live_hub *hub, const struct mr_block *record, in
         publish_due_events(hub);
     }
     live_buckets_add_record(&hub->buckets, record);
-    /* data of a campaign may arrive faster than live_hub_publish_due_events is called */
+    /* publish now: a campaign may be read faster than live_hub_publish_due_events is called */
     if (hub->buckets.closed_count >= BUCKETS_PER_EVENT)
         publish_readings(hub);
     pthread_mutex_unlock(&hub->lock);
@@ -707,11 +710,11 @@ char *live_hub_snapshot(struct live_hub *hub)
 
 /* ---- viewers ---- */
 
-/* Makes the text of all events for a new viewer. The caller holds the lock. */
+/* Makes the text of the first event for a new viewer. The caller holds the lock. */
 static char *make_snapshot_event(struct live_hub *hub, struct live_viewer *viewer, size_t *length)
 {
     char *text = NULL;
-    publish_messages(hub); /* the snapshot includes pending messages */
+    publish_messages(hub); /* publish pending messages first, because the snapshot includes them */
     FILE *out = open_memstream(&text, length);
     if (!out)
         return NULL;
@@ -733,7 +736,7 @@ static char *make_snapshot_event(struct live_hub *hub, struct live_viewer *viewe
     }
     viewer->needs_snapshot = false;
     viewer->next_event = hub->next_event -
-                         hub->has_ended; /* the end of the hub is a separate event */
+                         hub->has_ended; /* a separate event reports the end of the hub */
     return fclose(out) == 0 ? text : (free(text), NULL);
 }
 
@@ -747,7 +750,7 @@ char *live_hub_wait_event(struct live_hub *hub, struct live_viewer *viewer, int 
            pthread_cond_timedwait(&hub->event_added, &hub->lock, &until) != ETIMEDOUT)
         ;
     if (viewer->next_event < hub->first_event)
-        /* the ring no longer contains the events that the viewer has not read */
+        /* the viewer missed events that the ring no longer contains */
         viewer->needs_snapshot = true;
     if (viewer->needs_snapshot) {
         text = make_snapshot_event(hub, viewer, length);

@@ -1,13 +1,12 @@
-/* Distribution of received data to viewers: the newest of each message, a ring of events, and
- * commands in the opposite direction. One thread receives and any number of threads serve viewers;
- * every function locks the hub.
+/* Distribution of received data to viewers as a ring of events, and of the viewers' commands to the
+ * board. One thread receives and any number of threads serve viewers; every function locks the hub.
  *
- * The page keeps the state of the board from the messages that it receives. Events are stored in
- * the form in which they are sent, as server-sent events. Messages are sent 50 times a second, a
- * change of the warning at once, readings 20 times a second, and the host's data about the links 5
- * times a second. The ring keeps one minute. A viewer that is new or was away gets a snapshot
- * (configuration, the newest of each message) and the readings in the ring. A viewer that does not
- * read costs only its connection. */
+ * The page builds the state of the board from the messages that it receives. Events are stored as
+ * server-sent events, ready to be sent. Messages are sent 50 times a second (a change of the
+ * warning at once), readings 20 times a second, and the host's data about the links 5 times a
+ * second. The ring keeps one minute. A viewer that is new or missed events gets a snapshot
+ * (configuration, the newest message of each kind) and the readings in the ring. A viewer that does
+ * not read takes no memory except its connection. */
 #ifndef MATRIG_HOST_LIVE_HUB_H
 #define MATRIG_HOST_LIVE_HUB_H
 
@@ -18,7 +17,7 @@ struct live_source {
     const char *db;
     const char *can, *serial;       /* LINK texts; NULL: not used, or not known */
     bool accepts_commands;          /* arm and disarm can be sent from the page */
-    const char *no_commands_reason; /* why commands cannot be sent, one line */
+    const char *no_commands_reason; /* reason why commands cannot be sent, one line */
     bool uses_si;
 };
 
@@ -33,9 +32,9 @@ void live_hub_close(struct live_hub *hub);
 /* Adds a message that the board sent, or a block record. */
 void live_hub_add_message(struct live_hub *hub, const struct collector_event *event);
 void live_hub_add_record(struct live_hub *hub, const struct mr_block *record, int64_t host_us);
-/* Adds a line to the list "Events" of the page. */
+/* Adds a line to the page's list "Events". */
 void live_hub_add_notice(struct live_hub *hub, const char *words);
-/* Adds the outcome of the landing, for "Events" and for the warning. */
+/* Adds the outcome of the landing to the page's list "Events" and to the display of the warning. */
 void live_hub_add_outcome(struct live_hub *hub, const char *words);
 void live_hub_set_counts(struct live_hub *hub, enum link_kind kind,
                          const struct store_link_counts *counts);
@@ -51,14 +50,14 @@ char *live_hub_snapshot(struct live_hub *hub);
 /* Position of a viewer in the ring; initialise it with {.needs_snapshot = true}. */
 struct live_viewer {
     uint64_t next_event;
-    bool needs_snapshot; /* the snapshot and the ring's readings are sent first */
+    bool needs_snapshot; /* send the snapshot and the ring's readings first */
 };
 /* Returns the text of the next events, which the caller frees. Waits up to `wait_ms` for an event.
  * NULL: there was none. */
 char *live_hub_wait_event(struct live_hub *hub, struct live_viewer *viewer, int wait_ms,
                           size_t *length);
-/* Adds the last event, whose text is the reason. Wakes all waiting threads; from now on no call
- * waits, and no commands are accepted. */
+/* Adds the last event, whose text is the reason. All waiting calls return; later calls do not wait
+ * and accept no commands. */
 void live_hub_end(struct live_hub *hub, const char *why);
 /* True if the hub has ended and the viewer has received everything. */
 bool live_hub_has_ended(struct live_hub *hub, const struct live_viewer *viewer);

@@ -20,7 +20,7 @@
  * read */
 #define CONNECTION_TIMEOUT_S   15u
 #define HEARTBEAT_PERIOD_MS    1000
-#define END_EVENT_TIMEOUT_MS   500 /* time in which viewers can receive the end */
+#define END_EVENT_TIMEOUT_MS   500 /* time that viewers have to receive the last event */
 #define END_POLL_MS            5
 #define COMMAND_BODY_BYTES_MAX 1000u
 #define CHUNK_BYTES            65536u
@@ -45,7 +45,7 @@ struct event_stream {
     struct live_server *server;
     struct live_hub *hub;
     struct live_viewer viewer;
-    char *text; /* the part of the text that is being sent */
+    char *text; /* text of which a part is being sent */
     size_t length, sent_length;
 };
 
@@ -94,8 +94,8 @@ static const char *get_request_header(struct MHD_Connection *connection, const c
     return MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
 }
 
-/* Accepts only requests to names of this computer, on any port, because the port of a tunnel
- * differs. */
+/* Accepts only requests whose Host is a name of this computer. Any port is accepted, because a
+ * tunnel may use another one. */
 static bool is_local_host(const char *host)
 {
     static const char *const ours[] = {"127.0.0.1", "localhost"};
@@ -110,7 +110,8 @@ static bool is_local_host(const char *host)
     return false;
 }
 
-/* Compares the token in constant time, independent of the first difference. */
+/* Compares the token in constant time, so that the time does not reveal how much of a wrong token
+ * is right. */
 static bool is_token_valid(const struct live_server *server, const char *token)
 {
     unsigned differ = 0;
@@ -134,7 +135,7 @@ static ssize_t stream_read(void *context, uint64_t position, char *out, size_t m
     }
     if (!stream->text && live_hub_has_ended(stream->hub, &stream->viewer))
         return MHD_CONTENT_READER_END_OF_STREAM;
-    /* without an event, a comment line is sent, which detects closed connections */
+    /* While there is no event, send a comment line: sending detects closed connections. */
     if (!stream->text) {
         memcpy(out, ":\n\n", 3);
         return 3;
@@ -307,7 +308,7 @@ static void make_token(struct live_server *server)
 {
     unsigned char bytes[TOKEN_BYTES];
     if (getrandom(bytes, sizeof bytes, 0) != (ssize_t)sizeof bytes)
-        abort(); /* without a secret token any program could arm the board */
+        abort(); /* do not continue without a secret token: any program could arm the board */
     for (size_t i = 0; i < TOKEN_BYTES; i++)
         snprintf(server->token + 2 * i, 3, "%02x", bytes[i]);
 }

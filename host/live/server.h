@@ -6,9 +6,9 @@
  *     POST /command  {"command": "arm" or "disarm", "landing": N, "until_us": T}, with the token in
  *                    X-Matrig-Token; refused from T (Unix time) on
  *
- * A request whose Host is not a name of this computer is refused, so that a page from elsewhere
- * whose name was made to point here (DNS rebinding) gets nothing. Commands need the token, which
- * only the user who started the program has seen, and must come from this page's origin. */
+ * A request whose Host is not a name of this computer is refused. This prevents access by foreign
+ * web pages through DNS rebinding. Commands need the token, which only the user who started the
+ * program has seen, and must come from this page's origin. */
 #ifndef MATRIG_HOST_LIVE_SERVER_H
 #define MATRIG_HOST_LIVE_SERVER_H
 
@@ -20,7 +20,7 @@
 
 struct live_server;
 
-/* Starts the server. `where`: a port; 0: any free port. MR_USAGE: not a port. */
+/* Starts the server. `where`: port number as text; 0: any free port. MR_USAGE: not a port. */
 enum mr_status live_server_open(const char *where, struct live_hub *hub,
                                 struct live_server **server, struct error *error);
 /* Returns the URL with the token after #, a part that browsers do not send. The server owns the
@@ -36,7 +36,7 @@ struct live {
     struct live_source source;
     struct live_hub *hub;
     struct live_server *server;
-    struct collector_listener listener; /* pass it to collector_set_listener */
+    struct collector_listener listener; /* to be passed to collector_set_listener */
 };
 
 /* Opens hub and server. `live` must not move afterwards; `where` as for live_server_open.
