@@ -1,5 +1,6 @@
 /* Output of matrig log for its user: link faults, landings, progress, and a summary of the session
- * at the end. This file also starts the page of --page and handles typed commands. */
+ * at the end. This file also starts the process that writes the page of --page, and processes typed
+ * commands. */
 #include "host/log/logger.h"
 
 #include <fcntl.h>
@@ -21,7 +22,7 @@
 
 #define PROGRESS_PERIOD_US       200000u
 #define QUEUE_SHOWN_MIN_PERMILLE 10u
-/* three periods of the hello, which a board sends every second */
+/* three times the 1 s between two hellos of a board */
 #define NO_BOARD_TIMEOUT_US      3000000u
 #define NOTE_PERIOD_US           1000000u /* the same fault is reported at most once per second */
 
@@ -46,7 +47,8 @@ void logger_note_link_faults(struct logger *logger, unsigned link)
         uint64_t more = counters->fault_count[i] - logger->noted_fault_count[link][i];
         bool lately = logger->last_fault_note_us[link][i] != 0 &&
                       now_us - logger->last_fault_note_us[link][i] < NOTE_PERIOD_US;
-        /* a rollback can decrease the count; it increases again when the data is processed again */
+        /* the count may have decreased: after a rollback the data is processed again, and the count
+         * increases again */
         if (counters->fault_count[i] <= logger->noted_fault_count[link][i] || lately)
             continue;
         logger_clear_progress(logger);
@@ -80,8 +82,8 @@ void logger_note_different_boards(struct logger *logger)
     cli_note(logger->cli, "%s", error.text);
 }
 
-/* Notes another board on the bus, which shows by a hello of this version at another base and then
- * by the identity at that base. */
+/* Notes another board on the bus: first a hello of this version at another base, then the identity
+ * at that base. */
 void logger_note_other_board(struct logger *logger, const struct link_frame *frame)
 {
     struct mr_message message;
@@ -127,8 +129,8 @@ static void note_repeated_landing(struct logger *logger, int64_t run)
 #define LANDING_SILENCE_MIN_US 4000000u
 #define PAGE_TIMEOUT_S         60.0
 
-/* Returns true, once per landing, if a landing with a moving gear has had no data for
- * LANDING_SILENCE_MIN_US. */
+/* Returns true, once per landing, if no data has arrived for LANDING_SILENCE_MIN_US while the gear
+ * moves. */
 static bool is_landing_silent(struct logger *logger, const struct collector_progress *progress)
 {
     uint64_t now_us = monotonic_us();
@@ -159,7 +161,7 @@ static void write_page(struct logger *logger)
     const int streams[3] = {-1, open("/dev/null", O_WRONLY | O_CLOEXEC), -1};
     if (process_start(logger->cli->si ? words : plain, streams, &logger->page_child, &error) !=
         MR_OK)
-        /* a failed page is not an error of the log: the summary is printed in any case */
+        /* if the page cannot be written, the log still succeeds; its summary is printed anyway */
         logger->page_child = 0;
     close(streams[1]);
 }
@@ -191,8 +193,8 @@ void logger_set_nonblocking(struct logger *logger, bool on)
             logger->original_output[i] = 0;
         } else if (on && fstat(fd, &info) == 0 &&
                    (S_ISFIFO(info.st_mode) || (S_ISCHR(info.st_mode) && isatty(fd)))) {
-            /* the output is opened again, because the inherited description is shared with the
-             * parent process, and O_NONBLOCK would affect that process too */
+            /* Opens the output again for O_NONBLOCK: the inherited descriptor is shared with the
+             * parent process, which the flag would affect too. */
             other = open(path, O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
         }
         if (other < 0)
@@ -267,8 +269,8 @@ enum mr_status logger_show_finished_landings(struct logger *logger, struct error
         if (status != MR_OK)
             return status;
         if (load_summary(logger, run, &summary, &why) != MR_OK) {
-            /* a failed summary does not end the log: it can be printed later, while received data
-             * cannot be repeated */
+            /* A failed summary does not end the log: a summary can be printed later, but data that
+             * is not received now is lost. */
             cli_note(logger->cli, "no summary of RUN %lld: %s", (long long)run, why.text);
             summary_free(&summary);
             continue;
@@ -291,7 +293,7 @@ enum mr_status logger_show_finished_landings(struct logger *logger, struct error
     return MR_OK;
 }
 
-/* Prints the summary of the data so far if the links have fallen silent during a landing. */
+/* Prints a summary of the data received so far if the links fall silent during a landing. */
 enum mr_status logger_show_silent_landing(struct logger *logger, struct error *error)
 {
     struct collector_progress progress;
@@ -318,7 +320,7 @@ enum mr_status logger_show_silent_landing(struct logger *logger, struct error *e
     return MR_OK;
 }
 
-/* Reports crashes and CAN alarms of the board, without a request from the user. */
+/* Reports crashes and CAN alarms of the board without a request from the user. */
 void logger_note_health(struct logger *logger)
 {
     char text[300];
@@ -352,7 +354,7 @@ void logger_note_answers(struct logger *logger)
         if (is_typed && status == MR_PROOF && monotonic_us() < typed->deadline_us &&
             logger_repeat_command(logger))
             continue;
-        if (is_typed) { /* typed_commands_update reports the outcome of typed commands */
+        if (is_typed) { /* typed_commands_update reports the outcome of a typed command */
             typed->is_answered = true;
             typed->answer = status;
             continue;
@@ -395,7 +397,8 @@ void logger_show_progress(struct logger *logger, bool last)
             last ? "\n" : "");
 }
 
-/* Returns the diagnosis of the first link that received anything, when no board was received. */
+/* Returns the diagnosis of the first link that received anything. Called if no board was
+ * identified. */
 static enum diagnosis diagnose_links(const struct logger *logger, const struct link **link)
 {
     char text[DIAGNOSIS_TEXT_SIZE];
@@ -455,10 +458,10 @@ void logger_note_missing_board(struct logger *logger)
  *
  * A board sends a hello and the state of its landing every second on each link. */
 
-/* time after which silence of all links is reported, within 2 s */
+/* time after which silence of all links is reported; with the period of the checks, within 2 s */
 #define ALL_LINKS_SILENCE_MIN_US 1700000u
 #define ONE_LINK_SILENCE_MIN_US  4000000u /* time after which silence of one link is reported */
-/* if this program did not run for this long, unread data may be waiting */
+/* after a pause of this program of at least this length, unread data may be waiting */
 #define PROCESS_PAUSE_MIN_US     500000u
 
 static void update_message_counts(struct logger *logger, const struct collector_progress *p,
@@ -516,7 +519,7 @@ static void note_silence(struct logger *logger, const char *state, uint64_t now_
         else
             cli_note(logger->cli, "the board sends again: %s", state);
     }
-    /* the links may return one after the other, so each link gets the full time again */
+    /* the links may return one after the other, so each link gets the full time limit again */
     for (unsigned link = 0; link < LINK_KINDS && logger->silence_reported && !now_silent; link++)
         logger->last_message_us[link] = logger->last_message_us[link] ? now_us : 0;
     logger->silence_reported = now_silent;
@@ -564,7 +567,8 @@ void logger_note_presence(struct logger *logger)
              state);
 }
 
-/* Adds the messages that the board counted and the link did not receive, in the whole session. */
+/* Adds, for each message, the number that the board counted and the link did not receive in the
+ * whole session. */
 static void add_missing_messages(int kind, const int64_t missing[MR_MESSAGE_COUNT],
                                  struct answer *answer)
 {
@@ -672,7 +676,7 @@ void logger_end_live(struct logger *logger, const struct error *error)
  * Before it arms, and before it ends a landing in progress, it asks for confirmation. */
 
 #define ANSWER_TIMEOUT_US  (1000000u * ARM_CLIENT_ANSWER_TIMEOUT_S)
-#define CONFIRM_TIMEOUT_US 30000000u /* time limit for the confirmation */
+#define CONFIRM_TIMEOUT_US 30000000u /* time limit for the user's confirmation of a command */
 #define TYPING_HOLD_US     15000000u
 
 /* reply to an unknown command */
@@ -682,9 +686,10 @@ void typed_commands_begin(struct typed_commands *typed, bool commands, bool list
 {
     typed->is_terminal = isatty(STDIN_FILENO) == 1;
     typed->is_enabled = !listen && (commands || typed->is_terminal);
-    typed->tag = (uint16_t)(link_now_us() / 1000u); /* unlikely to be a tag of another program */
+    /* start value that another program is unlikely to use as its tag */
+    typed->tag = (uint16_t)(link_now_us() / 1000u);
     if (typed->is_enabled)
-        /* in the background, reading the terminal must not stop the log */
+        /* otherwise a log in the background would be stopped when it reads the terminal */
         signal(SIGTTIN, SIG_IGN);
 }
 
@@ -726,7 +731,7 @@ static bool read_line(struct typed_commands *typed, char line[sizeof typed->text
     char *end = memchr(typed->text, '\n', typed->text_length);
     size_t length = end ? (size_t)(end - typed->text) : typed->text_length;
     if (!end && typed->text_length < sizeof typed->text)
-        return false; /* an incomplete line at the end of the input is ignored */
+        return false; /* ignore an incomplete line at the end of the input */
     if (!end) {       /* the line is longer than any command */
         memcpy(line, typed->text, length - 1);
         line[length - 1] = '\0';
@@ -756,7 +761,8 @@ static void send_command(struct logger *logger)
 
 static void handle_command(struct logger *logger, const char *line);
 
-/* Handles the reply to a request for confirmation. A new command instead of `yes` is executed. */
+/* Processes the reply to a request for confirmation. If it is a new command instead of `yes`,
+ * executes that command. */
 static void handle_confirmation(struct logger *logger, const char *line)
 {
     struct typed_commands *typed = &logger->typed;
@@ -854,7 +860,7 @@ void typed_commands_update(struct logger *logger)
     char line[sizeof typed->text];
     if (!typed->is_enabled)
         return;
-    /* the answer may be waiting in the queue */
+    /* the store is refusing data, so the answer may still be in the queue */
     if (typed->is_sent && watch_refusal_start_us(&logger->watch))
         typed->deadline_us = monotonic_us() + ANSWER_TIMEOUT_US;
     if (typed->is_sent)
@@ -862,7 +868,8 @@ void typed_commands_update(struct logger *logger)
     if (typed->needs_confirmation && monotonic_us() > typed->deadline_us)
         handle_confirmation(logger, "");
     bool has_board = logger_has_received_hello(logger);
-    /* commands from a script wait for the board; a user at a terminal gets a message */
+    /* Commands from a script wait until a board is there; a user at a terminal gets a message
+     * instead. */
     bool has_no_board = !has_board && !typed->is_terminal;
     if (typed->is_sent || has_no_board || !read_line(typed, line))
         return;

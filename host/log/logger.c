@@ -1,5 +1,5 @@
-/* The work of matrig log: received data goes from the queues into the collector, in transactions.
- * This file also handles a campaign that refuses data or was removed, the end of the log, and
+/* The work of matrig log: moves received data from the queues into the collector, in transactions.
+ * Also: what to do when the campaign refuses data or its file is removed; the end of the log;
  * requests to the board. */
 #include "host/log/logger.h"
 
@@ -24,13 +24,13 @@
  * the duration of the commit itself. With a backlog, commits are further apart. */
 #define COMMIT_PERIOD_US       40000u
 #define COMMIT_PERIOD_MAX_US   1000000u
-/* a queue filled to this share of its capacity, 0.6 s of data, has a backlog */
+/* a queue has a backlog if it is filled to this share of its capacity, 0.6 s of data */
 #define BACKLOG_MIN_PERMILLE   10u
-/* A summary waits this long for the campaign: a program that closes a campaign locks it for a
- * moment. */
+/* Time that a summary waits for the campaign, which another program locks for a moment when it
+ * closes it. */
 #define SUMMARY_WAIT_MS        5000
-/* Time until the next attempt: another program usually locks the campaign for a moment only; a disk
- * usually stays full for longer. */
+/* Time until the next attempt to write. Another program usually locks the campaign only for a
+ * moment; a disk usually stays full for longer. */
 #define LOCKED_RETRY_PERIOD_US 20000u
 #define WRITE_RETRY_PERIOD_US  250000u
 
@@ -49,8 +49,8 @@ static bool is_content_lost(enum store_file_state place)
     return place == STORE_FILE_OVERWRITTEN || place == STORE_FILE_EMPTIED;
 }
 
-/* Checks for the session in the campaign: another program may have replaced the content, as
- * sqlite3's .restore does. */
+/* Checks that the session is still in the campaign. Another program may have replaced the content,
+ * as sqlite3's .restore does. */
 static enum mr_status check_session_data(struct logger *logger, struct error *error)
 {
     bool has_data = true;
@@ -68,7 +68,7 @@ enum mr_status logger_begin_transaction(struct logger *logger, struct error *err
     if (logger->in_transaction)
         return MR_OK;
     watch_note_call(&logger->watch, true);
-    /* SQLite must not block: the main loop retries, and does all other work meanwhile */
+    /* SQLite must not block: the main loop tries again later and does its other work until then */
     store_set_wait_ms(logger->store, 0);
     enum mr_status status = store_begin(logger->store, error);
     store_set_wait_ms(logger->store, SUMMARY_WAIT_MS);
@@ -91,7 +91,8 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
         status = store_record_progress(logger->store, collector_get_session(logger->collector),
                                        error);
     if (status == MR_OK &&
-        store_is_overwritten(logger->store)) /* write nothing more into an overwritten file */
+        /* do not write to a file that another program has overwritten */
+        store_is_overwritten(logger->store))
         status = error_set(error, MR_IO, "the file was overwritten: %s; log to a different file",
                            store_path(logger->store));
     if (status != MR_OK)
@@ -110,7 +111,7 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
         }
     }
     logger->commit_duration_us = monotonic_us() - from_us;
-    /* a journal exists from the first commit on */
+    /* the journal file exists only after the first commit */
     if (status == MR_OK && !logger->watch_knows_file)
         watch_set_path(&logger->watch, store_path(logger->store));
     logger->watch_knows_file |= status == MR_OK;
@@ -146,12 +147,12 @@ static enum mr_status continue_after_size_limit(struct logger *logger, const cha
 enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
 {
     enum store_refusal refused = store_refusal_pop(logger->store);
-    /* the file is checked even if the store reported no refusal */
+    /* check the file even if the store did not refuse anything */
     bool other = is_content_lost(find_file_state(logger));
     if (error->status == MR_OK || (refused == STORE_NO_RETRY && !other))
         return error->status;
     roll_back(logger);
-    if (other) { /* logger_rescue_campaign continues in another file */
+    if (other) { /* do not commit: logger_rescue_campaign continues in another file */
         *error = (struct error){0};
         return MR_OK;
     }
@@ -169,7 +170,7 @@ enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
 
 /* ---- data from the queues into the collector ---- */
 
-/* fewer frames than a board sends in a second, so that the links stay in step */
+/* less than a board sends in a second, so that the two links are read in step */
 #define QUEUE_FRAMES_PER_CALL 64u
 #define QUEUE_BYTES_PER_CALL  LINK_QUEUE_READ_MAX
 
@@ -224,7 +225,7 @@ static enum mr_status handle_item(struct logger *logger, unsigned link,
         logger->faults_changed[link] = true;
         return MR_OK;
     }
-    if (logger->live.hub) /* the live page has already shown items that are repeated */
+    if (logger->live.hub) /* skip the live page for repeated items, which it has already shown */
         collector_set_listener(logger->collector,
                                item->is_repeated ? NULL : &logger->live.listener);
     enum mr_status status = logger_begin_transaction(logger, error);
@@ -250,7 +251,7 @@ enum mr_status logger_process_queue(struct logger *logger, unsigned link, struct
     struct link_queue *queue = link_reader_queue(reader);
     struct link_item item;
     enum mr_status status = MR_OK;
-    /* an empty queue ends the turn; otherwise it still has data of the last turn */
+    /* The turn ends when the queue is empty; otherwise, data of this turn remains in the queue. */
     if (!link_queue_has_unread(queue))
         logger->has_buffered_data[link] = link_reader_fd(reader) >= 0 && link_reader_read(reader);
     size_t most = (enum link_kind)link == LINK_CAN ? QUEUE_FRAMES_PER_CALL : QUEUE_BYTES_PER_CALL;
@@ -261,8 +262,8 @@ enum mr_status logger_process_queue(struct logger *logger, unsigned link, struct
     return status == MR_OK ? record_link_faults(logger, link, error) : status;
 }
 
-/* If both links have data, selects only the link that lags in board time. The links then stay in
- * step, whatever is buffered, and neither waits for the other. */
+/* If both links have data, selects only the link that is behind in board time. Thus both links are
+ * read in step, however much is buffered, and neither waits for the other. */
 void logger_select_lagging_link(const struct logger *logger, bool ready[LINK_KINDS])
 {
     if (!ready[LINK_CAN] || !ready[LINK_SERIAL])
@@ -273,8 +274,8 @@ void logger_select_lagging_link(const struct logger *logger, bool ready[LINK_KIN
 /* ---- requests to the board: automatic ones, and those of the live page's viewers ---- */
 
 #define CONFIG_REQUEST_PERIOD_US 1000000u /* time between two requests for the configuration */
-/* Number of requests for the configuration. A board that does not answer them all, or has another
- * table, gets no more requests. */
+/* Maximum number of requests for the configuration. A board that does not answer, or whose
+ * configuration has another layout, gets no more. */
 #define CONFIG_REQUESTS_MAX      5u
 /* an idle board without CAN sends readings for this time after a request */
 #define LIVE_READINGS_DURATION_S 30
@@ -340,7 +341,7 @@ void logger_ask_for_configuration(struct logger *logger)
     if (!collector_needs_configuration(logger->collector)) {
         struct collector_progress p;
         collector_get_progress(logger->collector, &p);
-        /* arming interrupted the board's answer, so ask again when the landing is done */
+        /* the board stops its answer when it is armed, so request it again after the landing */
         if (p.run)
             logger->config_request_us = logger->config_requests = 0;
         return;
@@ -354,8 +355,8 @@ void logger_ask_for_configuration(struct logger *logger)
     (void)logger_send(logger, &command, true);
 }
 
-/* An idle board sends its readings only on CAN. Without CAN, requests a record every 20 ms, so that
- * the live page shows present values. */
+/* Requests block records every 20 ms for the live page if CAN is not connected: an idle board sends
+ * its readings only on CAN. */
 static void request_live_readings(struct logger *logger)
 {
     struct mr_command command = {.code = MR_COMMAND_LIVE, .argument = LIVE_READINGS_DURATION_S};
@@ -390,18 +391,18 @@ void logger_send_live_command(struct logger *logger)
 
 #define SAVED_SUFFIX             "-saved-"
 #define LARGE_CAMPAIGN_MIN_BYTES 500000000
-#define SAVE_RETRY_PERIOD_US     5000000u /* time between two attempts to save */
+#define SAVE_RETRY_PERIOD_US     5000000u /* time between two attempts to save the campaign */
 #define FILE_NAME_TRIES_MAX      100      /* number of names tried in one folder */
 #define PATH_SIZE                4096
 
-/* Writes the name without folder and ending: "campaign" of /home/runway/campaign.db. */
+/* Writes the file name without folder and extension: "campaign" for /home/runway/campaign.db. */
 static void write_file_stem(const char *path, char *out, size_t size)
 {
     char copy[PATH_SIZE];
     snprintf(copy, sizeof copy, "%s", path);
     const char *name = basename(copy);
     size_t length = strlen(name);
-    /* a saved campaign has the stem of the original one, so names do not grow */
+    /* a campaign that was itself saved keeps the original stem, so that names do not grow */
     const char *saved = strstr(name, SAVED_SUFFIX);
     if (saved && saved > name)
         length = (size_t)(saved - name);
@@ -410,8 +411,8 @@ static void write_file_stem(const char *path, char *out, size_t size)
     snprintf(out, size, "%.*s", (int)length, name);
 }
 
-/* Finds an unused name in `folder`: STEM-WHAT-DATE ENDING, with the stem of the campaign at `path`.
- * Returns false if there is none. */
+/* Finds an unused name in `folder`: STEM-WHAT-DATE plus extension, with the stem of the campaign's
+ * path. Returns false if there is none. */
 static bool find_free_name(const char *folder, const char *path, const char *what,
                            const char *ending, char *out, size_t size)
 {
@@ -440,7 +441,7 @@ static const char *get_file_folder(const char *path, char folder[PATH_SIZE])
     return dirname(folder);
 }
 
-/* Saves a copy in the folder of `beside`, if that folder exists. */
+/* Saves a copy of the campaign in the folder of the path `beside`, if that folder exists. */
 static bool save_copy(struct logger *logger, const char *beside, char *out, size_t size,
                       struct error *error)
 {
@@ -461,7 +462,7 @@ static void switch_store(struct logger *logger, struct store *store, const char 
     logger->campaign_lost = logger->watch_knows_file = false;
 }
 
-/* Continues in the copy. `shared`: other programs may already use the old file. */
+/* Continues in the copy of the campaign. `shared`: other programs may be using the old file. */
 static enum mr_status continue_in_copy(struct logger *logger, const char *path, bool shared,
                                        struct error *error)
 {
@@ -493,8 +494,8 @@ static void report_file_change(struct logger *logger, enum store_file_state plac
 
 /* ---- overwritten ---- */
 
-/* Returns the time of the oldest data in the queues; 0: none. `*whole`: the queues still have all
- * data. */
+/* Returns the time of the oldest data in the queues; 0: none. Sets *whole if the queues still have
+ * all data since the beginning. */
 static uint64_t get_oldest_queued_us(const struct logger *logger, bool *whole)
 {
     uint64_t since_us = 0;
@@ -509,7 +510,7 @@ static uint64_t get_oldest_queued_us(const struct logger *logger, bool *whole)
     return since_us;
 }
 
-/* Creates the new campaign, with a separate session. */
+/* Creates the new campaign with a session of its own. */
 static enum mr_status create_campaign(const struct logger *logger, const char *path, bool whole,
                                       bool goes_on, struct store **store,
                                       struct collector **collector, struct error *error)
@@ -528,12 +529,12 @@ static enum mr_status create_campaign(const struct logger *logger, const char *p
     if (status != MR_OK) {
         collector_close(*collector);
         store_close(*store);
-        unlink(path); /* the file was created above and is empty */
+        unlink(path); /* the new file is empty, so remove it */
     }
     return status;
 }
 
-/* Closes a file whose content now belongs to another program. `kept`: path of the saved journal;
+/* Closes a campaign file that another program has overwritten. `kept`: path of the saved journal;
  * "": not saved. */
 static void close_overwritten_campaign(struct store *store, const char *original,
                                        char kept[PATH_SIZE])
@@ -560,7 +561,8 @@ bool logger_close_store(struct logger *logger)
     return false;
 }
 
-/* Discards the landings that were shown, because their data is written again, with new numbers. */
+/* Discards the landings whose summaries were shown: their data is written again and gets new
+ * numbers. */
 static void discard_landings(struct logger *logger)
 {
     json_array_clear(logger->landings_json);
@@ -606,7 +608,7 @@ static enum mr_status continue_in_new_campaign(struct logger *logger, enum store
     logger->collector = collector;
     if (place == STORE_FILE_OVERWRITTEN)
         close_overwritten_campaign(logger->store, original, kept);
-    /* only SQLite wrote to the file, so it is intact */
+    /* otherwise only SQLite wrote to the file, so it is intact */
     else
         store_close(logger->store);
     switch_store(logger, store, saved);
@@ -625,8 +627,8 @@ static enum mr_status continue_in_new_campaign(struct logger *logger, enum store
 }
 
 /* Continues in another file when the file has reached its size limit. The old file keeps its data
- * and its journal. If the file is large, the data of the queues is written again, so that a landing
- * is complete in the new file. */
+ * and its journal. Unless the file is small, the data that the queues still have is written to the
+ * new file too, so that a landing is complete there. */
 static enum mr_status continue_after_size_limit(struct logger *logger, const char *original)
 {
     struct stat info;
@@ -648,7 +650,8 @@ static enum mr_status save_removed_campaign(struct logger *logger, enum store_fi
 {
     struct error why = {0};
     char saved[sizeof logger->saved_path];
-    roll_back(logger); /* uncommitted data is still in the queues, so nothing is lost */
+    /* the rollback loses nothing, because uncommitted data is still in the queues */
+    roll_back(logger);
     watch_note_call(&logger->watch, true);
     bool copied = save_copy(logger, original, saved, sizeof saved, &why) ||
                   save_copy(logger, now, saved, sizeof saved, &why) ||
@@ -656,7 +659,7 @@ static enum mr_status save_removed_campaign(struct logger *logger, enum store_fi
     watch_note_call(&logger->watch, false);
     (void)store_refusal_pop(logger->store);
     logger_clear_progress(logger);
-    /* without a copy, the log continues in the open file, which still accepts data */
+    /* without a copy, continue in the open file, which still accepts data */
     if (!copied) {
         cli_note(logger->cli, "%s, and cannot be saved (%s): matrig tries again in 5 s",
                  logger->removal_text, why.text[0] ? why.text : "no writable folder");
@@ -682,7 +685,8 @@ enum mr_status logger_rescue_campaign(struct logger *logger, struct error *error
     enum store_file_state place = find_file_state(logger);
     uint64_t now_us = monotonic_us();
     if (place == STORE_FILE_SAME && !logger->saved_path[0])
-        logger->removal_text[0] = '\0'; /* the file returned before it could be saved */
+        /* the file is in its place again, so it need not be saved */
+        logger->removal_text[0] = '\0';
     if (place == STORE_FILE_SAME ||
         (logger->rescue_attempt_us && now_us - logger->rescue_attempt_us < SAVE_RETRY_PERIOD_US))
         return MR_OK;
@@ -698,8 +702,7 @@ enum mr_status logger_rescue_campaign(struct logger *logger, struct error *error
     else
         logger->next_write_us =
             now_us +
-            /* nothing is written into the overwritten file; received data waits in
-                            * the queues */
+            /* write nothing to the overwritten file; received data stays in the queues */
             SAVE_RETRY_PERIOD_US;
     return MR_OK;
 }
@@ -709,12 +712,12 @@ enum mr_status logger_rescue_campaign(struct logger *logger, struct error *error
  * Reading stops, the data in the queues is written, and the session is closed. If the campaign
  * still refuses data after a while, the data in the queues goes into a new campaign beside it. */
 
-/* time to wait for a campaign that refuses data: after the end of the links or of --for, after a
- * signal */
+/* Longest time to wait for a campaign that refuses data after the log should end: at the end of the
+ * links, at the time limit of --for, or after a signal. */
 #define END_WAIT_MAX_US      60000000u
 #define SIGNAL_WAIT_MAX_US   5000000u
-/* no user sends two signals this fast, but `timeout` and `kill` of a group deliver one signal
- * twice */
+/* Two signals within this time count as one: no user is that fast, but `timeout` and `kill` of a
+ * process group deliver one signal twice. */
 #define SECOND_SIGNAL_MIN_US 500000u
 #define POLL_MS              20
 
@@ -733,7 +736,7 @@ bool logger_has_end_signal(struct logger *logger, int signals)
     return true;
 }
 
-/* Writes the next data from the queues. MR_TOO_FEW: the queues are empty. */
+/* Writes the next data from the queues to the campaign. MR_TOO_FEW: the queues are empty. */
 static enum mr_status write_queued_data(struct logger *logger, struct error *error)
 {
     bool ready[LINK_KINDS] = {false}, any = false;
@@ -769,8 +772,9 @@ static bool is_refusal_wait_over(struct logger *logger, uint64_t began_us)
            (refused_us && now_us - since_us > (asked ? SIGNAL_WAIT_MAX_US : END_WAIT_MAX_US));
 }
 
-/* Writes the data of the queues into a new campaign, because the campaign refuses data. Other
- * statuses than MR_OK: nothing was left to write, or the data is lost; `error` says which. */
+/* Writes the data of the queues into a new campaign, because the present one refuses data. Any
+ * status except MR_OK means that there was nothing left to write or that data is lost; `error`
+ * states which. */
 static enum mr_status switch_to_new_campaign(struct logger *logger, bool *beside,
                                              const char *reason, struct error *error)
 {
@@ -796,8 +800,8 @@ static enum mr_status switch_to_new_campaign(struct logger *logger, bool *beside
     return MR_OK;
 }
 
-/* Checks, after everything is written, that the campaign is still in its place. MR_TOO_FEW: it was
- * not, and the data of the queues must be written into another campaign. */
+/* After everything is written, checks that the campaign file is still in its place. MR_TOO_FEW: it
+ * is not, and the data of the queues must be written into another campaign. */
 static enum mr_status check_campaign_place(struct logger *logger, struct error *error)
 {
     (void)watch_check_file_state(&logger->watch);
@@ -835,11 +839,12 @@ enum mr_status logger_end_session(struct logger *logger, int signals, struct err
                 status = check_campaign_place(logger, error);
                 if (status != MR_TOO_FEW)
                     return status;
-                continue; /* the loop writes all kept data into the new campaign */
+                /* the loop then writes all data that the queues kept into the new campaign */
+                continue;
             }
             if (why.status != MR_OK)
                 snprintf(reason, sizeof reason, "%s", why.text);
-            /* give up immediately if waiting does not help */
+            /* give up at once if waiting cannot help */
             gives_up = went_wrong || logger_wait_for_store(logger, &why) != MR_OK;
         } else {
             struct pollfd asked = {.fd = signals, .events = POLLIN};

@@ -12,11 +12,13 @@
 #define REPORT_DELAY_US        700000u  /* time after which a problem is reported */
 #define REPORT_PERIOD_US       5000000u /* time between two reports of a problem */
 #define SLOW_CALL_MIN_US       250000u
-#define FILE_CHECK_PERIOD_US   500000u /* time between two checks of the file's place */
-/* the log lags if a queue is filled to this share, 3 s of data, and the store refuses nothing */
+/* time between two checks that the campaign file is in its place */
+#define FILE_CHECK_PERIOD_US   500000u
+/* The log is behind if a queue is filled to this share (3 s of data) although the store refuses
+ * nothing. */
 #define BEHIND_MIN_PERMILLE    50u
 #define CAUGHT_UP_MAX_PERMILLE 5u
-/* after a request to end, a call of the store is given up after this time */
+/* time after a request to end when a call of the store is considered to hang */
 #define END_CALL_TIMEOUT_US    10000000u
 
 static unsigned compute_queue_fill_permille(const struct watch *watch)
@@ -117,7 +119,7 @@ static void print_note(const struct watch *watch, const char *line)
 {
     if (watch->cli->quiet || !line[0])
         return;
-    /* the line overwrites the progress line */
+    /* clear the progress line first */
     fprintf(stderr, "%smatrig: %s\n", cli_can_draw_on_stderr() ? "\r\033[K" : "", line);
     fflush(stderr);
 }
@@ -171,7 +173,8 @@ static void check_store_call(struct watch *watch, uint64_t at_us)
 {
     sigset_t pending, ends, both;
     sigemptyset(&pending);
-    /* the writing thread, which handles the signals of the process, is inside a call */
+    /* The writing thread, which normally receives the signals, is inside a call of the store; look
+     * for pending signals here. */
     sigpending(&pending);
     cli_fill_end_signals(&ends);
     sigandset(&both, &pending, &ends);
@@ -191,10 +194,10 @@ static void check_store_call(struct watch *watch, uint64_t at_us)
             cli_can_draw_on_stderr() ? "\r\033[K" : "",
             (double)(at_us - watch->call_start_us) / 1e6, watch->campaign_path, what);
     fflush(stderr);
-    _exit(3); /* exit directly: closing the campaign would wait for the same disk */
+    _exit(3); /* do not close the campaign: that would wait for the same disk */
 }
 
-/* Checks once; `line` gets the message to print. */
+/* Checks once for delays. Sets `line` to the message to print. */
 static void check_delays(struct watch *watch, uint64_t at_us, char *line, size_t size)
 {
     uint64_t since_us;
@@ -216,7 +219,7 @@ static void check_delays(struct watch *watch, uint64_t at_us, char *line, size_t
     check_store_call(watch, at_us);
 }
 
-/* Checks the file's place. Call it without the lock: the disk can be slow. */
+/* Checks that the campaign file is in its place. Call it without the lock: the disk can be slow. */
 static void check_file(struct watch *watch, uint64_t at_us, bool now)
 {
     char path[sizeof watch->campaign_path];
@@ -354,7 +357,8 @@ void watch_note_written(struct watch *watch)
 {
     char line[400] = "";
     uint64_t at_us = monotonic_us(), since_us, held_us = 0;
-    enum watch_cause cause = WATCH_NONE; /* cause of the delay that has just ended */
+    /* cause of the delay that has just ended; WATCH_NONE: none */
+    enum watch_cause cause = WATCH_NONE;
     pthread_mutex_lock(&watch->lock);
     unsigned full = compute_queue_fill_permille(watch);
     watch->max_fill_permille = full > watch->max_fill_permille ? full : watch->max_fill_permille;
@@ -365,7 +369,7 @@ void watch_note_written(struct watch *watch)
         cause = WATCH_SLOW_DISK;
         held_us = watch->last_call_duration_us;
     }
-    if (cause != WATCH_NONE) { /* the delay is over: it is reported again only if the queue grows */
+    if (cause != WATCH_NONE) { /* after a delay, report it again only if the queue grows */
         watch->delay_us[cause] += held_us;
         watch->min_fill_permille = full;
     }

@@ -1,7 +1,7 @@
 /* Reports of matrig log while its writing thread waits: for another program that holds the
  * campaign, for a slow disk, for disk space. A separate thread checks five times a second, because
- * the writing thread may be inside a disk call. It also checks that the campaign's file is still in
- * place, and ends the program if a hanging disk would prevent the end. */
+ * the writing thread may be waiting for the disk. It also checks that the campaign's file is still
+ * in place, and ends the program if the disk hangs when the log should end. */
 #ifndef MATRIG_HOST_LOG_WATCH_H
 #define MATRIG_HOST_LOG_WATCH_H
 
@@ -31,13 +31,13 @@ struct watch {
     bool is_running, must_stop;
     struct link_reader *reader[LINK_KINDS]; /* NULL: the link is not used */
 
-    /* The times of this struct are by the monotonic clock, microseconds. */
+    /* Times in this struct are microseconds of the monotonic clock. */
     enum store_refusal refusal;
     char refusal_reason[200];       /* reason for the refusal, as the store reported it */
     uint64_t refusal_start_us;      /* start of the refusal */
-    uint64_t call_start_us;         /* start of the current call of the store; 0: none */
+    uint64_t call_start_us;         /* start of the current call of the store; 0: no call */
     uint64_t last_call_duration_us; /* duration of the last call */
-    uint64_t total_call_us;         /* total time spent in calls since caught_up_us */
+    uint64_t total_call_us;         /* total duration of calls of the store since caught_up_us */
     uint64_t caught_up_us;          /* last time at which the queues were almost empty */
     uint64_t end_requested_us;      /* time at which the end was requested; 0: not yet */
     char campaign_path[4096];
@@ -45,12 +45,16 @@ struct watch {
     enum store_file_state file_state;
     uint64_t file_checked_us;
 
-    enum watch_cause reported_cause; /* cause that was last reported to the user */
+    enum watch_cause reported_cause; /* cause of the delay that was last reported to the user */
     uint64_t reported_us;
-    uint64_t delay_us[WATCH_CAUSE_COUNT];     /* total delay in the session, by cause */
-    unsigned max_fill_permille;               /* maximum fill of a queue in the session */
-    unsigned max_fill_since_written_permille; /* maximum fill since everything was last written */
-    unsigned min_fill_permille;               /* minimum fill of a queue since the delay began */
+    /* total duration of delays in the session, by cause */
+    uint64_t delay_us[WATCH_CAUSE_COUNT];
+    /* maximum fill of a queue in the session, in thousandths */
+    unsigned max_fill_permille;
+    /* maximum fill since the queues were last emptied, in thousandths */
+    unsigned max_fill_since_written_permille;
+    /* minimum fill of a queue since the delay began, in thousandths */
+    unsigned min_fill_permille;
 };
 
 void watch_open(struct watch *watch, const struct cli *cli);
@@ -70,11 +74,11 @@ enum store_file_state watch_check_file_state(struct watch *watch);
 void watch_note_call(struct watch *watch, bool begins);
 /* Notes that the store refused a write for a temporary reason. */
 void watch_note_refusal(struct watch *watch, enum store_refusal refused, const char *reason);
-/* Notes that the store accepted everything in the call that ended last. */
+/* Notes that the last call of the store succeeded. */
 void watch_note_written(struct watch *watch);
-/* Returns the time since which the store has refused; 0: it accepts. */
+/* Returns the time at which the store began to refuse data; 0: it accepts data. */
 uint64_t watch_refusal_start_us(struct watch *watch);
-/* Notes that the end was requested, so that a hanging call ends the program. */
+/* Notes that the log should end; from now on a hanging call ends the program. */
 void watch_note_end(struct watch *watch);
 
 /* Finds the cause of a full queue; a link_loss_cause_finder function. */

@@ -23,7 +23,7 @@
 enum role { ROLE_TEST, ROLE_LOAD, ROLE_FORCE, ROLE_DISPLACEMENT, ROLE_COUNT };
 
 static const struct {
-    const char *name, *word, *alternative; /* words that identify the column */
+    const char *name, *word, *alternative; /* words that identify the column in the header line */
     enum unit_kind kind;
     const char *units;
     double max; /* largest plausible value, in or lb */
@@ -42,7 +42,7 @@ struct readings_file {
     const struct unit_word *unit[ROLE_COUNT];
     size_t cell_count;
     char test[PUSH_NAME_SIZE];
-    double load_lb; /* load of the last row; NaN: not known yet */
+    double load_lb; /* load of the previous row; NaN: none yet */
     struct push_readings *readings;
     struct error *error;
 };
@@ -270,24 +270,25 @@ void push_readings_free(struct push_readings *readings)
 
 /* ---- path ---- */
 
-/* The sequence of forces in a test: where it turns, and the composition of each displacement: u_i =
- * u0 + sum over m of (a loading[i][m] + b unloading[i][m]) F_m. */
+/* The sequence of forces in a test: where it turns, and the coefficients of each displacement: u_i
+ * = u0 + sum over m of (a loading[i][m] + b unloading[i][m]) F_m. */
 struct push_path {
     size_t count;
-    /* the reading before the force first turns back; without a turn, the last reading */
+    /* index of the reading before the force first decreases; without a decrease, of the last
+     * reading */
     size_t top;
-    /* the last reading from `top` on with the same force, within the gage's error */
+    /* index of the last reading with the same force as `top`, within the gage's error */
     size_t plateau;
     size_t falling_count; /* number of readings after the magnitude of the force decreased */
     double loading[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
     double unloading[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
 };
 
-/* a force turns if two readings differ by more than this number of standard errors of the gage: 3
- * sqrt 2, which equal forces exceed once in 40,000 */
+/* The force changes direction if two readings differ by more than this number of standard errors of
+ * the gage: 3 sqrt 2, which two readings of equal forces exceed once in 40,000. */
 #define TURN_MIN_STANDARD_ERRORS 4.2
 
-/* Finds the direction of the force on its way to each reading: 1 or -1. */
+/* Finds, for each reading, the direction in which the force changed before it: 1 or -1. */
 static void find_force_directions(struct push_path *path, const struct push_series *series,
                                   double turn_lb, int *direction)
 {
@@ -320,7 +321,7 @@ static void find_force_directions(struct push_path *path, const struct push_seri
     }
 }
 
-/* Adds the step from the previous force to F_i. */
+/* Adds the change of force from the previous reading to F_i. */
 static void add_path_step(struct push_path *path, const struct push_series *series, double turn_lb,
                           int direction, size_t i)
 {
@@ -337,8 +338,8 @@ static void add_path_step(struct push_path *path, const struct push_series *seri
     path->falling_count += !grows || through_0;
 }
 
-/* Computes the path. A force turns if it returns by more than the error of its gage; smaller steps
- * back do not change the direction. Returns false if no force of the series exceeds the gage's
+/* Computes the path. The force changes direction if it goes back by more than the error of its
+ * gage; smaller steps back are ignored. Returns false if no force of the series exceeds the gage's
  * error. */
 static bool compute_path(struct push_path *path, const struct push_series *series,
                          double force_error_lb)
@@ -360,27 +361,30 @@ static bool compute_path(struct push_path *path, const struct push_series *serie
 
 #define Z_95                  1.96
 #define ITERATIONS_MAX        40
-#define CHI_SQUARE_TOLERANCE  1e-7  /* change of chi-square at which the iteration ends */
-#define OFFSET_PRIOR_RANGES   100.0 /* prior error of a free offset, in ranges of the readings */
+#define CHI_SQUARE_TOLERANCE  1e-7 /* change of chi-square at which the iteration ends */
+/* prior standard error of a free offset, as a multiple of the range of the readings */
+#define OFFSET_PRIOR_RANGES   100.0
 #define GRID_K_POINTS         41
-/* an interval of K that is narrower than this ratio may lie between two points of the grid */
+/* an interval of K with a ratio of its ends below this may lie between two grid points */
 #define NARROW_INTERVAL_RATIO 1.3
 #define GRID_RHO_POINTS       11
-#define SLIDE_READINGS_MAX    20u  /* largest number of readings before the top that are tried */
+/* largest number of readings before `top` that are tried as sliding */
+#define SLIDE_READINGS_MAX    20u
 #define SLIDE_CHI_SQUARE_MAX  25.0 /* largest chi-square per reading of the forces during a slide */
 
-/* A range of readings that slid. A candidate counts if its chi-square is below `threshold`. */
+/* A range of readings during which the mat slid. A candidate is accepted if its chi-square is below
+ * `threshold`. */
 struct slide {
     size_t from, to;
     double a, b, chi_square, threshold;
 };
 
-/* A prepared test: computing chi2 for any (a, b) needs only one decomposition. */
+/* Prepared data of a test, from which chi2 for any (a, b) needs one matrix decomposition. */
 struct fit_work {
     const struct push_series *series;
     struct push_errors gage_errors;
     struct push_path path;
-    size_t slid_from, slid_to; /* range of the readings that slid; from > to: none */
+    size_t slid_from, slid_to; /* range of readings during which the mat slid; from > to: none */
     double offset_prior_variance, slide_gain;
     /* `loading` and `unloading` multiplied by the measured forces */
     double loading_lb[PUSH_READINGS_MAX], unloading_lb[PUSH_READINGS_MAX];
@@ -440,8 +444,8 @@ static bool has_slid(const struct fit_work *w)
     return w->slid_from <= w->slid_to;
 }
 
-/* True if two readings share an additional offset besides u0. Each reading that slid has a separate
- * offset; all readings after it share the last one. */
+/* True if two readings share a free offset in addition to u0. Each sliding reading has an offset of
+ * its own; all later readings share that of the last one. */
 static bool is_offset_shared(const struct fit_work *w, size_t i, size_t k)
 {
     return has_slid(w) && k >= w->slid_from && (i == k || (i >= w->slid_to && k >= w->slid_to));
@@ -474,7 +478,7 @@ static double compute_chi_square(struct fit_work *w, double a, double b)
     return sum;
 }
 
-/* Computes chi2 of the forces during a slide, which must all equal one limit. */
+/* Computes the chi2 of the forces during a slide, which must all equal the same limit. */
 static double compute_slide_chi_square(const struct fit_work *w, double *limit_lb)
 {
     double sum = 0.0, squares = 0.0, count = (double)(w->slid_to + 1 - w->slid_from);
@@ -530,7 +534,7 @@ static double fit_compliances(struct fit_work *w, double *a, double *b, double s
     double best = HUGE_VAL;
     for (int step = 0; step < ITERATIONS_MAX; step++) {
         double rho = *a > 0.0 ? *b / *a : 1.0;
-        /* two alternating steps (b at fixed a, then a at fixed rho) converge faster than either
+        /* two alternating steps (b with a fixed, then a with rho fixed) converge faster than either
          * alone */
         if (w->path.falling_count > 0)
             minimize_over_free_parameter(w, 0, *a, b, scale);
@@ -545,7 +549,7 @@ static double fit_compliances(struct fit_work *w, double *a, double *b, double s
 }
 
 /* Finds the distance from `at` at which chi2, minimised over the other parameter, has risen by q^2;
- * INFINITY: not within `most`. */
+ * INFINITY: it has not within `most`. */
 static double find_interval_distance(struct fit_work *w, int which, double at, double other,
                                      double best, double q, double step, double most, double scale)
 {
@@ -598,9 +602,9 @@ static void try_slide(struct fit_work *w, bool elastic, size_t from, size_t to, 
         *best = (struct slide){from, to, a, b, now, now};
 }
 
-/* Finds the readings that slid: none, or a range that ends at the top, if chi2 falls by enough.
- * `elastic`: a and b are fitted, from their present values; otherwise both are 0. Returns chi2
- * including that of the forces. */
+/* Finds the readings during which the mat slid: a range that ends at `top`, or none if no range
+ * reduces chi2 enough. `elastic`: a and b are fitted, from their present values; otherwise both are
+ * 0. Returns chi2 including that of the forces. */
 static double find_slide(struct fit_work *w, bool elastic, double *a, double *b, double scale)
 {
     struct slide best = {w->path.count, 0, *a, *b, 0.0, 0.0};
@@ -642,7 +646,7 @@ static double compute_grid_log_odds(struct fit_work *w, const struct push_fit *f
 }
 
 /* Computes the log odds from the parabola at the best fit, for readings with much information: the
- * likelihood there times the share of the prior under the parabola. */
+ * likelihood at the best fit times the share of the prior under the parabola. */
 static double compute_peak_log_odds(const struct push_fit *fit, double stretch2)
 {
     double width = 2.0 * PUSH_PRIOR_DECADES * log(10.0);
@@ -696,7 +700,7 @@ static void fit_series(struct fit_work *w, double expected_lb_in, double stretch
     double most_lb = 0.0, a, b, none = 0.0;
     for (size_t i = 0; i < n; i++)
         most_lb = fmax(most_lb, fabs(w->series->force_lb[i]));
-    /* smallest compliance that the gage can detect at the largest force */
+    /* smallest compliance that can be detected at the largest force */
     double scale = 0.3 * w->gage_errors.displacement_in / most_lb;
     a = fmax(scale,
              fabs(w->series->displacement_in[top] - w->series->displacement_in[0]) / most_lb);

@@ -13,9 +13,9 @@
  *     chi2(a, b) = r' V^-1 r,   r = u - u0 - G F,   V = displacement^2 I + force^2 G G'
  *
  * Log det V is not added: it would treat the true forces as drawn from a distribution, and would
- * bias a toward 0. A sliding part has a free offset, and its force is the limit. Readings may slide
- * only at the end of the first loading, and only if chi2 falls by more than PUSH_SLIDE_GAIN_MIN
- * stretch^2 (by chance once in 600).
+ * bias a toward 0. A sliding part has a free offset, and its force is the limit. Sliding is assumed
+ * only for readings at the end of the first loading, and only if it reduces chi2 by more than
+ * PUSH_SLIDE_GAIN_MIN stretch^2, which happens by chance once in 600 tests.
  *
  * An interval contains the values at which chi2, minimised over the other parameter, has risen by
  * at most (1.96 stretch)^2. Such intervals are also valid for a poorly determined k; if k is not
@@ -53,7 +53,7 @@
 
 struct push_series {
     const char *path;          /* path of the file, for errors; the caller owns it */
-    char name[PUSH_NAME_SIZE]; /* name of the test, or its number in the file */
+    char name[PUSH_NAME_SIZE]; /* name of the test, or its number in the file if it has none */
     double load_lb;
     size_t count;
     double force_lb[PUSH_READINGS_MAX], displacement_in[PUSH_READINGS_MAX];
@@ -93,7 +93,7 @@ struct push_fit {
     /* first sliding reading, from 0, and number of sliding readings */
     size_t first_sliding_reading, slid_count;
     double max_force_lb; /* largest magnitude of the force */
-    double dial_zero_in; /* dial reading at force 0, by the elastic law */
+    double dial_zero_in; /* dial reading at force 0, according to the elastic law */
     double chi_square, rigid_chi_square;
     size_t degrees_of_freedom; /* degrees of freedom of the elastic fit */
     double log_odds; /* natural logarithm of the odds of elastic to rigid, with equal prior odds */

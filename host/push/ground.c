@@ -10,7 +10,7 @@
 /* ---- push answer ---- */
 
 #define IN_PER_FT           12.0
-/* a ground that springs back by more than its displacement is impossible */
+/* the ground cannot spring back by more than its displacement */
 #define UNLOADING_RATIO_MAX 1.0
 
 /* Returns "elastic", "rigid" or "undecided". */
@@ -23,7 +23,8 @@ static const char *get_law_name(enum push_law law)
 static void add_law(struct answer *answer, const struct push_ground *ground)
 {
     double ln = ground->log_odds;
-    /* larger odds depend on rare errors of the gages, which may not be normally distributed */
+    /* do not show larger odds: they would depend on rare gage errors, which may not be normally
+     * distributed */
     char times[32] = "over a million";
     if (fabs(ln) < log(1e6))
         snprintf(times, sizeof times, "%.3g", exp(fabs(ln)));
@@ -54,7 +55,8 @@ static void add_law(struct answer *answer, const struct push_ground *ground)
     }
 }
 
-/* Adds a parameter that is not determined. `kept`: value that a scene uses instead; NULL: none. */
+/* Adds a parameter that is not determined. `kept`: value that a scene should use instead; NULL:
+ * none. */
 static void add_undetermined_parameter(struct answer *answer, const char *name,
                                        const struct push_parameter *parameter, const char *kept)
 {
@@ -181,7 +183,7 @@ void push_add_tests(struct answer *answer, const struct push_readings *readings,
 
 #define Z_95                     1.96
 #define CHI_SQUARE_95_ONE_DEGREE 3.84
-#define LOAD_RELATIVE_TOLERANCE  0.02 /* loads that differ by less are equal */
+#define LOAD_RELATIVE_TOLERANCE  0.02 /* loads that differ by less than this count as equal */
 #define BISECTION_COUNT          60
 #define LN_K_SPREAD_MAX          10.0
 
@@ -194,7 +196,7 @@ struct weighted_fit {
     double coefficient[2], coefficient_error[2], spread, half_width_errors;
 };
 
-/* Solves with a given spread; returns the weighted sum of squared residuals. */
+/* Fits with a given spread; returns the weighted sum of squared residuals. */
 static double fit_with_spread(struct weighted_fit *p, double spread)
 {
     double s = 0.0, sx = 0.0, sxx = 0.0, sy = 0.0, sxy = 0.0, left = 0.0;
@@ -266,7 +268,7 @@ static size_t count_fit_terms(const struct push_readings *readings)
 }
 
 /* Computes the logarithm of the stiffness under one mat from one test, with its standard error.
- * Returns false if there are only bounds. */
+ * Returns false if the test gives only bounds. */
 static bool get_stiffness(const struct push_fit *fit, const struct push_setting *setting,
                           double *ln, double *error)
 {
@@ -278,8 +280,8 @@ static bool get_stiffness(const struct push_fit *fit, const struct push_setting 
     return true;
 }
 
-/* Computes a bound if all tests give only bounds. Each lower bound is valid only at its own place,
- * so the smallest is reported. */
+/* Computes a lower bound if all tests give only bounds. Each bound is valid only at the place of
+ * its test, so the smallest is reported. */
 static void bound_stiffness(const struct push_setting *setting, size_t count,
                             struct push_ground *ground)
 {

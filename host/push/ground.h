@@ -7,11 +7,11 @@
  *     ln(K / mats) = ln k + axle_law ln(load / axle load) + place
  *
  * k belongs to one mat under the load of one axle, like the scene key gear_k_lb_ft: K is divided by
- * the number of mats under the load, because each mat engages all of its ground. If tests differ by
- * more than their readings explain, the ground differs between places: the scatter is estimated
- * (Paule and Mandel), and Student's t for the number of tests widens the interval. This is done
- * whenever there are two more tests than parameters; with one more test, only if the tests
- * contradict each other.
+ * the number of mats under the load, because the ground under a mat acts over its whole length. If
+ * tests differ by more than their reading errors explain, the ground differs between places. The
+ * scatter between places is then estimated (Paule and Mandel), and Student's t for the number of
+ * tests widens the interval. This is done if there are at least two more tests than parameters;
+ * with one more test, only if the tests contradict each other.
  *
  * A law is chosen if the tests make it PUSH_ODDS_MIN times as likely as the other law, with equal
  * prior odds; otherwise the law is undecided. A parameter that is not determined has value NaN and
@@ -26,17 +26,18 @@
 
 #define PUSH_ODDS_MIN                 20.0
 #define PUSH_REASON_SIZE              200u
-#define PUSH_MATS_MAX                 4u /* most mats under the load, limited by gear_foot_ft */
+/* largest number of mats under the load, as for gear_foot_ft */
+#define PUSH_MATS_MAX                 4u
 /* Stiffness along the ground of one mat, expected from report 2.6: a load of 120 lb sinks by 0.050
  * in, and the stiffness along the ground is 2 (1 - nu)/(2 - nu) = 0.82 of that (Mindlin, nu 0.3);
- * two mats share it. */
+ * two mats share this stiffness. */
 #define PUSH_EXPECTED_STIFFNESS_LB_FT 11800.0
 
 struct push_setting {
     struct push_errors gage_errors;
     unsigned mat_count;   /* number of mats under the load, which move together */
-    double mat_weight_lb; /* 0: not known, and ignored in the friction */
-    double axle_load_lb;  /* 0: the smallest load of the tests */
+    double mat_weight_lb; /* 0: not known; the friction then excludes the weight of the mats */
+    double axle_load_lb;  /* 0: the smallest load of the tests is used */
 };
 
 enum push_law { PUSH_UNDECIDED, PUSH_ELASTIC, PUSH_RIGID };
@@ -53,12 +54,12 @@ struct push_ground {
     struct push_parameter k_lb_ft, unloading_ratio, axle_law, friction;
     double axle_load_lb;
     double spread; /* scatter of ln k between places; NaN: too few tests */
-    /* readings scatter more than the stated errors explain (by chance once in 1,000) */
+    /* the readings scatter more than the stated errors explain (by chance in 1 of 1,000 tests) */
     bool has_excess_scatter;
-    double interval_factor;    /* factor by which this scatter widens the intervals, at least 1 */
+    double interval_factor;    /* factor, at least 1, by which this scatter widens the intervals */
     double scatter;            /* scatter of the readings divided by the stated errors */
     size_t undetermined_count; /* number of tests whose stiffness is not determined */
-    struct push_fit *fit;      /* array with one fit per test; allocated */
+    struct push_fit *fit;      /* one fit per test; allocated */
 };
 
 /* Combines all tests. MR_TOO_FEW as push_fit. MR_NUMERICS: the fit failed. The caller frees
@@ -68,7 +69,7 @@ enum mr_status push_ground_estimate(const struct push_readings *readings,
                                     struct error *error);
 void push_ground_free(struct push_ground *ground);
 
-/* Adds the law and its basis, the parameters that are not determined, with the reason, and the rig
+/* Adds the law and its evidence, the reason for each parameter that is not determined, and the rig
  * for which the results are valid. */
 void push_add_law(struct answer *answer, const struct push_ground *ground,
                   const struct push_setting *setting);

@@ -15,8 +15,8 @@
 #include "host/board/imagefile.h"
 #include "host/collect/collect.h"
 
-/* Smallest limit of the real time of a run. Virtual time always advances, so even a board that
- * hangs reaches its end; the limit is for machines that stall. */
+/* Smallest limit for the real duration of a run. Virtual time always advances, so even a board that
+ * hangs reaches the end of the run; the limit is for computers that stall. */
 #define RUN_TIMEOUT_MIN_S         60.0
 #define RUN_TIMEOUT_PER_VIRTUAL_S 10.0
 #define BYTES_PER_READ_MAX        65536
@@ -24,7 +24,7 @@
 
 enum { FILE_REPLAY, FILE_CAN, FILE_SERIAL, FILE_BOARD_TEXT, FILE_FLASH, REPLAY_FILE_COUNT };
 
-/* Links to the files in the directory: "file:" and the path. */
+/* Link texts of the files in the directory: "file:" and the path. */
 struct replay_paths {
     char link[REPLAY_FILE_COUNT][320];
 };
@@ -137,7 +137,7 @@ static enum mr_status run_board(const struct replay_board *board, const struct r
     return MR_OK;
 }
 
-/* Collects both links in step by board time, like `matrig log`. */
+/* Collects the data of both links in order of board time, as `matrig log` does. */
 static enum mr_status collect_links(struct collector *collector,
                                     struct link *const link[LINK_KINDS], struct error *error)
 {
@@ -166,7 +166,7 @@ static enum mr_status collect_links(struct collector *collector,
             open[can ? LINK_CAN : LINK_SERIAL] = false;
             status = collector_end_link(collector, can ? LINK_CAN : LINK_SERIAL, error);
             if (status == MR_TRUNCATED) {
-                /* the run ends at its end time, even inside a frame */
+                /* ignore the error: the run ends at a given time, possibly inside a frame */
                 *error = (struct error){0};
                 status = MR_OK;
             }
@@ -210,7 +210,7 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
     if (status == MR_OK)
         status = store_answers(&paths, board->can_base, store, error);
     if (status == MR_TRUNCATED) {
-        /* The board ended normally, so its file cannot end inside a frame. This status means that
+        /* The board ended normally, so its file does not end inside a frame: this status means that
          * the file has no frames at all. */
         error->status = MR_OK;
         status = error_set(
@@ -250,7 +250,7 @@ void replay_image_path_of_run(struct store *store, int64_t run, char *path, size
 {
     struct board_messages recorded;
     struct error unread = {0};
-    /* if loading fails, the image is that of zg */
+    /* if loading fails, use the image of board zg */
     (void)board_messages_load(store, run, &recorded, &unread);
     replay_image_path(&recorded, path, size);
     board_messages_free(&recorded);

@@ -1,5 +1,5 @@
-/* The emulated board as a child process. It runs a replay file, and its messages are stored, as if
- * logged, in a database in memory. matrig does not link the emulator. */
+/* The emulated board as a child process. It runs a replay file. Its messages are stored in a
+ * database in memory, as if they had been logged. matrig does not link the emulator. */
 #ifndef MATRIG_HOST_REPLAY_BOARD_H
 #define MATRIG_HOST_REPLAY_BOARD_H
 
@@ -11,10 +11,10 @@ struct replay_board {
     const char *program; /* path of matrig-board */
     const char *elf_path;
     bool is_real_time;
-    /* the directory has flash.bin, the content of the board's flash without the image */
+    /* the directory contains flash.bin, the board's flash without the image */
     bool has_flash_file;
     uint16_t can_base; /* base of the board on CAN, from its configuration */
-    double duration_s; /* approximate virtual duration, which limits the waiting time */
+    double duration_s; /* approximate virtual duration, which determines the time limit */
 };
 
 /* Checks that program and image exist; otherwise MR_IO. */
@@ -33,7 +33,7 @@ void replay_image_path(const struct board_messages *recorded, char *path, size_t
 /* As replay_image_path, for a landing whose messages are not loaded. */
 void replay_image_path_of_run(struct store *store, int64_t run, char *path, size_t size);
 /* Checks that the image is for the board that recorded the landing; otherwise MR_VERSION. A file
- * that is not a matrig image is left to the emulated board, which refuses it. */
+ * that is not a matrig image is accepted here; the emulated board refuses it. */
 enum mr_status replay_image_check(const char *path, const struct board_messages *recorded,
                                   struct error *error);
 

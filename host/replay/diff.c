@@ -9,12 +9,13 @@
 #include "common/catalogue.h"
 #include "host/base/units.h"
 
-#define NUMBER_DIGITS 15 /* number of digits of numbers in reports, as many as a double has */
+#define NUMBER_DIGITS 15 /* number of digits of numbers in reports: all that a double has */
 
-/* A message without its own block gets the newest block that its link had delivered. The block may
- * be wrong by this much, because frames can change order on the bus. */
+/* A message without a block gets the newest block that its link had delivered. That block may be
+ * wrong by this much, because frames can change order on the bus. */
 #define RECEPTION_BLOCK_TOLERANCE 4
-/* Messages that are sent in turn wait while the bus is full, rarely longer than this. */
+/* Messages that are sent in rotation, when the bus has room, are rarely delayed longer than
+ * this. */
 #define BUS_DELAY_MAX_BLOCKS      2000
 
 static const char *const link_text[LINK_KINDS] = {"CAN", "serial"};
@@ -22,15 +23,16 @@ static const char *const link_text[LINK_KINDS] = {"CAN", "serial"};
 /* ---- how each field of the catalogue is compared ---- */
 
 enum field_rule {
-    FIELD_VALUE,   /* the values are equal, or differ by at most the tolerance of the unit */
-    FIELD_BLOCK,   /* a block index, minus the shift */
-    FIELD_BLOCK16, /* the low 16 bits of a block index, minus the shift */
-    FIELD_TICK,    /* a tick of TIM2, minus the shift */
-    /* number of frames since reset, including dropped ones; compared from the first frame of the
-     * landing on */
+    FIELD_VALUE,   /* values must be equal, or within the tolerance of the unit */
+    FIELD_BLOCK,   /* a block index, compared after the shift */
+    FIELD_BLOCK16, /* the low 16 bits of a block index, compared after the shift */
+    FIELD_TICK,    /* a tick of TIM2, compared after the shift */
+    /* number of frames queued since reset, including dropped ones; compared as the increase since
+     * the first frame of the landing */
     FIELD_QUEUED,
-    FIELD_FAULTS,       /* a mask of faults: only those that follow from the record */
-    FIELD_IMAGE,        /* identifies the image: compared if the image is the same */
+    /* a bit mask of faults, of which only those are compared that follow from the record */
+    FIELD_FAULTS,
+    FIELD_IMAGE,        /* identifies the image; compared only if the same image ran */
     FIELD_NOT_COMPARED, /* not determined by the record, so not compared */
 };
 
@@ -38,10 +40,10 @@ enum field_rule {
 #define REPRODUCIBLE_FAULTS        (1u << MR_FAULT_REFERENCE | 1u << MR_FAULT_NO_FIT)
 #define FIELD_TOLERANCES_TEXT_SIZE 200
 
-/* Rules of the catalogue. Other fields follow the rule of their name, if the name is a common one
- * for times, or else FIELD_VALUE. */
+/* Rules for fields of the catalogue. A field without a rule has the rule of its name (times have
+ * common names), otherwise FIELD_VALUE. */
 static const struct {
-    uint16_t id; /* message of the field; 0: every message */
+    uint16_t id; /* message to which the rule applies; 0: every message */
     const char *field;
     enum field_rule rule;
 } rules[] = {
@@ -53,14 +55,14 @@ static const struct {
     {0, "tick", FIELD_TICK},
 };
 
-/* Fails to compile if a rule names a missing field. */
+/* A rule. Does not compile if it names a field that does not exist. */
 #define REPLAY_RULE(name, NAME, field, rule) \
     _Static_assert(offsetof(struct mr_##name, field) < sizeof(struct mr_##name), #field);
 #include "common/catalogue.def"
 
-/* Tolerances for an image that computes slightly differently: ten times the resolution of the
- * message, or more if the estimate's own error is larger. Counts, states, names of switches and
- * ticks must be equal with every image. */
+/* Tolerances for an image whose computations differ slightly: ten times the resolution of the
+ * message, or more if the error of the estimate is larger. Counts, states, names of switches and
+ * ticks must be equal for every image. */
 static const struct {
     const char *unit;
     double tolerance;
@@ -69,7 +71,7 @@ static const struct {
     {"s", 0.05},   {"codes", 1.0}, {"ms", 5.0},  {"%", 5.0},
 };
 
-/* True if a message as a whole is not determined by the record. */
+/* True if no field of the message is determined by the record. */
 static bool is_excluded_message(uint16_t id)
 {
 #define NOT_COMPARED(name, NAME) || id == MR_ID_##NAME
@@ -78,7 +80,7 @@ static bool is_excluded_message(uint16_t id)
         ;
 }
 
-/* True if the message is sent in turn, when the bus has room. */
+/* True if the message is sent in rotation, when the bus has room. */
 static bool is_sent_in_turn(uint16_t id)
 {
 #define SENT_IN_ROTATION(name, NAME) || id == MR_ID_##NAME
@@ -98,7 +100,7 @@ static enum field_rule find_field_rule(const struct mr_message_info *info,
     return FIELD_VALUE;
 }
 
-/* Returns the tolerance of a unit if another image ran; 0: values must be equal. */
+/* Returns the tolerance of a unit for another image; 0: values must be equal. */
 static double get_field_tolerance(const char *unit)
 {
     for (size_t i = 0; i < sizeof tolerances / sizeof tolerances[0]; i++) {
@@ -141,8 +143,8 @@ struct comparison {
     /* counts of queued frames at the first message; NaN: no message yet */
     double queued_frames_recorded, queued_frames_replayed;
     bool are_links_faultless;
-    int64_t bus_delay_blocks; /* see bus_delay_blocks in struct diff */
-    /* the record ends before its landing: one link may have continued without the other */
+    int64_t bus_delay_blocks; /* as bus_delay_blocks in struct diff */
+    /* the record ends before its landing does; one of the links may have continued for longer */
     bool is_landing_incomplete;
 };
 
@@ -181,15 +183,15 @@ static bool is_within_tolerance(double a, double b, double tolerance)
     return fabs(a - b) <= tolerance;
 }
 
-/* True for messages that do not follow from the record: rows of the slow log, which are sent when
- * their minute is full, and nonces, which need a key that a replay does not have. */
+/* True for messages that do not follow from the record: rows of the slow log, which are sent at the
+ * end of each minute, and nonces, which need a key that a replay does not have. */
 static bool is_independent_of_record(uint16_t id)
 {
     return id == MR_ID_SLOW_ROW || id == MR_ID_SLOW_TENSION || id == MR_ID_NONCE;
 }
 
-/* Returns the number of frames queued so far, including dropped ones, because the firmware made
- * those too. */
+/* Returns the number of frames queued so far, including dropped ones, which the firmware made
+ * too. */
 static double count_queued_frames(const struct board_messages *answers, int link,
                                   const struct board_message *answer)
 {
@@ -252,15 +254,15 @@ static void compare_pair(struct comparison *c, const struct board_message *a,
     }
 }
 
-/* Returns false for faults of links, clocks and converters, which depend on circumstances, and for
- * answers to commands before arming, which may still have been in transit. */
+/* Returns false for messages that the record does not determine: faults of links, clocks and
+ * converters, and answers to commands before arming, which may still have been on their way. */
 static bool is_determined_by_record(const struct board_message *answer, int64_t first_block)
 {
     if (answer->info->id == MR_ID_ACK &&
         (get_field_value(answer, "code") == (double)MR_COMMAND_BACKLOG ||
          get_field_value(answer, "code") == (double)MR_COMMAND_NONE ||
          mr_command_is_sender_refused((int)get_field_value(answer, "status"))))
-        return false; /* a command that the replay itself sends, or one that replaces another */
+        return false; /* the replay sends this command itself, or uses it in place of another */
     if (answer->info->id == MR_ID_ACK || answer->info->id == MR_ID_MARK)
         return get_field_value(answer, "block") >= (double)first_block;
     if (answer->info->id != MR_ID_FAULT)
@@ -287,7 +289,7 @@ static bool has_own_block(const struct mr_message_info *info)
 struct message_iterator {
     const struct board_message *current, *end;
     int64_t shift;
-    int64_t first_block; /* block in which the board was armed, by the block count of this list */
+    int64_t first_block; /* block in which the board was armed, in the block count of this list */
 };
 
 static void begin_iterators(const struct comparison *c, int link, struct message_iterator *old,
@@ -315,18 +317,19 @@ static const struct board_message *advance_message(struct message_iterator *walk
 static void add_unmatched_message(struct comparison *c, const struct board_message *answer,
                                   int64_t block, bool recorded)
 {
-    /* The record may end between two messages of its last block. */
+    /* Skip: the record may end between two messages of its last block. */
     if ((has_own_block(answer->info) && block < c->first_block) ||
         (!recorded && block >= c->end_block))
         return;
     if (!recorded && c->is_landing_incomplete && block == c->end_block)
-        /* messages about the last block may be missing, because the record ended before they were
+        /* not a difference: the record may have ended before messages about the last block were
          * sent */
         return;
     if (!c->options->is_exact && (double)(c->end_block - block) <= get_field_tolerance("ms"))
-        return; /* the time of the end itself may differ by this much */
+        return; /* not a difference: the time of the end itself may differ by this much */
     if (is_sent_in_turn(answer->info->id) && c->bus_delay_blocks > c->end_block - block)
-        return; /* the counterpart would be sent after the end of the record */
+        /* not a difference: the counterpart would have been sent after the end of the record */
+        return;
     if (!recorded && c->options->has_losses[c->row->link]) {
         c->diff->unrecorded_messages++;
         return;
@@ -381,7 +384,7 @@ static void compare_messages(struct comparison *c, int link, const struct mr_mes
             add_unmatched_message(c, b, replayed_at, false);
             new.current++;
         } else if (paired) {
-            /* on CAN, a message can arrive while its record is still in transit on serial */
+            /* a message on CAN may have arrived before the serial record of its block */
             if (has_own_block(info) && at > c->end_block)
                 c->diff->messages_after_record++;
             else if (count_averaged_blocks(info->id) &&
@@ -401,8 +404,8 @@ static void compare_messages(struct comparison *c, int link, const struct mr_mes
     }
 }
 
-/* Returns the largest shift in blocks between a message and its counterpart, for messages that are
- * sent in turn, while their order is the same. */
+/* Returns the largest difference in blocks between a message that is sent in rotation and its
+ * counterpart, as long as the order is the same. */
 static int64_t compute_largest_delay(const struct comparison *c, int link,
                                      const struct mr_message_info *info)
 {
@@ -422,7 +425,7 @@ static int64_t compute_largest_delay(const struct comparison *c, int link,
     return most;
 }
 
-/* Returns the delay by a full bus. The shift is large if other boards or instruments filled the bus
+/* Returns the delay caused by a full bus. It is large if other boards or instruments filled the bus
  * in one of the two landings. */
 static int64_t compute_bus_delay(const struct comparison *c)
 {
@@ -598,7 +601,7 @@ static void add_difference_to_answer(const struct difference *d, struct answer *
     answer_close_group(answer);
 }
 
-/* Prints a row if it has differences. */
+/* Adds a row to the answer if it has differences. */
 static void add_row_to_answer(const struct diff_row *row, struct answer *answer)
 {
     bool differs = row->differing_fields + row->only_recorded_count + row->only_replayed_count > 0;

@@ -19,8 +19,8 @@ struct difference {
     enum diff_kind kind;
     int link;
     const char *message;
-    const char *field; /* "" for a whole message */
-    int64_t block;     /* block by the count of the record */
+    const char *field; /* name of the field; "": the whole message */
+    int64_t block;     /* block in the block count of the record */
     double recorded, replayed;
 };
 
@@ -40,24 +40,26 @@ struct diff {
     size_t row_count;
     /* totals; a message that only one side has counts as one difference */
     int64_t compared_messages, compared_fields, differing_fields;
-    /* largest time difference, in blocks, of messages that are sent in turn and that a full bus
+    /* largest time difference, in blocks, of messages that are sent in rotation and that a full bus
      * delayed; 0: no delay */
     int64_t bus_delay_blocks;
     /* number of messages that depend on blocks before the first record */
     int64_t messages_before_record;
-    /* number of messages of blocks after the last record, because CAN reports them first or the
+    /* number of messages about blocks after the last record: CAN delivers them earlier, or the
      * record ends early */
     int64_t messages_after_record;
-    /* number of recorded messages that no record determines (NOT_COMPARED in the catalogue) */
+    /* number of recorded messages that are never determined by a record (NOT_COMPARED in the
+     * catalogue) */
     int64_t excluded_messages;
-    /* number of messages of the replay that a log with losses may have missed */
+    /* number of messages of the replay that may be missing in the record due to losses */
     int64_t unrecorded_messages;
     bool has_difference;
     struct difference first_difference; /* earliest difference */
 };
 
 struct diff_options {
-    bool is_exact;               /* values must be equal; false: within tolerances */
+    /* values must be equal; false: they may differ within tolerances */
+    bool is_exact;
     int64_t shift_blocks;        /* block of the record minus block of the replay */
     bool has_losses[LINK_KINDS]; /* frames of this link were lost when it was recorded */
 };

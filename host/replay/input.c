@@ -13,9 +13,10 @@
 #include "common/crc32.h"
 #include "host/base/xmalloc.h"
 
-/* A record that is armed later than ARMED_BLOCK_MAX is moved back. A record that is armed earlier
- * than ARMED_BLOCK_MIN is moved forward, because zeros, survey and runway come first. The shift is
- * in whole seconds, so actions of the board that depend on its block index repeat. */
+/* Range of the block in which a replay is armed. A record that is armed later than ARMED_BLOCK_MAX
+ * is shifted to an earlier block, one that is armed before ARMED_BLOCK_MIN to a later block,
+ * because zeros, survey and runway are entered before arming. The shift is in whole seconds, so
+ * that the board's periodic actions, which depend on the block index, repeat. */
 #define ARMED_BLOCK_MAX        20000
 #define ARMED_BLOCK_MIN        450
 #define BLOCKS_PER_S           1000
@@ -33,8 +34,8 @@
 struct message_loader {
     struct board_messages *answers;
     int link;
-    /* block of the newest state change on the link; while idle, few other messages contain a
-     * time */
+    /* block of the newest change of landing state on the link; while the board is idle, few other
+     * messages contain a time */
     int64_t state_block;
     size_t capacity; /* number of entries allocated in `block` */
     int64_t run;
@@ -61,7 +62,7 @@ static enum mr_status handle_frame(void *context, const struct store_frame *fram
                                                            : NULL;
     if (frame->direction != 0 || !info || info->direction == MR_DIRECTION_HOST ||
         info->length != frame->length)
-        return MR_OK; /* the message belongs to another program, or is a command */
+        return MR_OK; /* a message of another program, or a command */
     xlist_grow(&answers->message[loading->link], *count, sizeof(struct board_message));
     struct board_message *answer = &answers->message[loading->link][(*count)++];
     *answer = (struct board_message){
@@ -167,8 +168,8 @@ __attribute__((format(printf, 2, 3))) static void put_line(struct replay_writer 
 /* ---- checks ---- */
 
 struct record_gaps {
-    int64_t first_gap_start, first_gap_end; /* first hole */
-    int64_t total_blocks;                   /* total length of all holes; 0: none */
+    int64_t first_gap_start, first_gap_end; /* range of the first gap */
+    int64_t total_blocks;                   /* total length of all gaps; 0: none */
 };
 
 static void add_gap(struct record_gaps *record_gaps, int64_t from, int64_t to)
@@ -226,7 +227,7 @@ struct command_row {
     struct mr_command message;
 };
 struct command_list {
-    /* no fixed limit: other programs may have sent any number of commands */
+    /* a list without fixed limit, because other programs may have sent any number of commands */
     struct command_row *row;
     size_t count;
     bool is_armed, has_ended;
@@ -241,7 +242,7 @@ static bool add_command(struct command_list *commands, int64_t block, struct mr_
     return true;
 }
 
-/* Returns the link with more answers to commands; serial if both have the same number. */
+/* Returns the link with more answers to commands; serial if the numbers are equal. */
 static enum link_kind find_command_link(const struct board_messages *recorded)
 {
     size_t acks[LINK_KINDS] = {0, 0};
@@ -252,8 +253,8 @@ static enum link_kind find_command_link(const struct board_messages *recorded)
     return acks[LINK_CAN] > acks[LINK_SERIAL] ? LINK_CAN : LINK_SERIAL;
 }
 
-/* Finds the argument of a command, from the answers of the board. The number of a mark is in the
- * message before its answer. */
+/* Finds the argument of a command, from the answers of the board. For the command that sets a mark,
+ * the number is in the message before the answer. */
 static int32_t get_command_argument(const struct board_messages *recorded, const struct mr_ack *ack,
                                     const struct mr_mark *mark)
 {
@@ -295,8 +296,8 @@ static bool collect_commands(const struct board_messages *recorded, struct comma
         struct mr_command message = {.code = ack.code,
                                      .tag = ack.tag,
                                      .argument = get_command_argument(recorded, &ack, &mark)};
-        /* a board refused this command because of its key; the replay has no key and would execute
-         * it */
+        /* the board refused this command because of its key; the replayed board has no key and
+         * would execute it */
         if (mr_command_is_sender_refused(ack.status))
             message.code = MR_COMMAND_NONE;
         commands->is_armed |= ack.code == MR_COMMAND_ARM && ack.status == MR_OK;
@@ -309,8 +310,8 @@ static bool collect_commands(const struct board_messages *recorded, struct comma
     return fits;
 }
 
-/* Writes the zeros that were measured before the landing, bit for bit. Configured zeros are in the
- * image. */
+/* Writes the zeros that were measured before the landing, exactly. Configured zeros are part of the
+ * flash content. */
 static void put_zeros(struct replay_writer *writer, const struct board_messages *recorded,
                       struct replay_input *input)
 {
@@ -337,8 +338,8 @@ static void put_zeros(struct replay_writer *writer, const struct board_messages 
     }
 }
 
-/* Writes the runway with which the landing was armed. Without one in the database, the board has a
- * new runway, with the survey. */
+/* Writes the runway state at arming. If the database has none, the replay begins with a new runway,
+ * to which the survey is applied. */
 static enum mr_status put_runway(struct replay_writer *writer, struct store *store,
                                  const struct board_messages *recorded, struct replay_input *input,
                                  struct error *error)
@@ -363,7 +364,7 @@ static enum mr_status put_runway(struct replay_writer *writer, struct store *sto
     return MR_OK;
 }
 
-/* Writes the chart and the plan with which the landing was armed, if any: the last ones before
+/* Writes the risk chart and the plan that the board had at arming, if any: the last ones before
  * it. */
 static enum mr_status put_chart(struct replay_writer *writer, struct store *store,
                                 const struct board_messages *recorded, struct error *error)
@@ -441,8 +442,8 @@ static enum mr_status put_commands(struct replay_writer *writer, struct store *s
 
 /* ---- edges ---- */
 
-/* Returns the ticks since the start of TIM2 in the replay. The board time of a capture determines
- * the number of wraps of the counter. */
+/* Returns the number of ticks from the start of TIM2 in the replay to a capture. The board time of
+ * the capture gives the number of wraps of the counter. */
 static uint64_t compute_capture_tick(double board_us, int64_t tick, const struct mr_block *first,
                                      int64_t shift_blocks)
 {
@@ -450,11 +451,12 @@ static uint64_t compute_capture_tick(double board_us, int64_t tick, const struct
     uint32_t near_block = isnan(board_us) ? first->index : (uint32_t)(board_us / 1000.0);
     int64_t ticks = mr_boardtime_ticks(origin, near_block, (uint32_t)tick) -
                     shift_blocks * (int64_t)MR_TICKS_PER_BLOCK;
-    return (uint64_t)(origin + ticks); /* TIM2 is at the origin at the beginning of block 0 */
+    /* at the beginning of block 0, TIM2 has the value of the origin */
+    return (uint64_t)(origin + ticks);
 }
 
-/* Writes edges, film frames, brake and wheel. They are numbered from arming on, so their times
- * rise. Captures that the board rejected as noise are not included. */
+/* Writes switch edges, film frames, and edges of brake and wheel since arming, in order of time.
+ * Captures that the board rejected as noise are not included. */
 static enum mr_status put_captures(struct replay_writer *writer, struct store *store,
                                    const struct board_messages *recorded,
                                    struct replay_input *input, struct error *error)

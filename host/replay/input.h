@@ -1,5 +1,5 @@
-/* A recorded landing: the board's messages and block records, and the input from which an emulated
- * board must produce them again. */
+/* A recorded landing: the board's messages and block records, and the replay input with which an
+ * emulated board must reproduce them. */
 #ifndef MATRIG_HOST_REPLAY_INPUT_H
 #define MATRIG_HOST_REPLAY_INPUT_H
 
@@ -13,7 +13,8 @@
 /* One message of the board in a recorded landing. */
 struct board_message {
     const struct mr_message_info *info;
-    /* block of the message, or the newest block of the link at its reception; -1: not known */
+    /* block of the message, or else the newest block of the link when it was received; -1: not
+     * known */
     int64_t block;
     uint8_t data[MR_MESSAGE_BYTES_MAX];
 };
@@ -42,19 +43,19 @@ void board_messages_free(struct board_messages *answers);
  * Some input is not recorded and is therefore generated. Before arming, the survey is entered
  * segment by segment, measured zeros are set (channel_zero of the landing lists them with their
  * values), and the predictor's runway is set to its state at arming. Blocks before the first record
- * repeat that record. A record that begins late after the board's start is shifted back by whole
- * seconds, because the board's periodic actions repeat every second. */
+ * get the data of the first record. A record that begins long after the board's start is shifted to
+ * earlier blocks by whole seconds, because the board's periodic actions repeat every second. */
 struct replay_input {
     int64_t shift_blocks; /* block n of the replay is block n + shift_blocks of the record */
     int64_t first_block;  /* first block of the record */
     int64_t last_block;
     int64_t armed_block;
     size_t edge_count;
-    size_t film_frame_count; /* film frames */
-    /* number of commands, each repeated in the block in which the board executed it */
+    size_t film_frame_count; /* number of film frames */
+    /* number of commands; each is sent in the block in which the board executed it */
     size_t command_count;
     size_t survey_segment_count; /* number of segments entered before arming */
-    bool has_runway;             /* the predictor's runway at arming is entered */
+    bool has_runway;             /* the replay sets the predictor's runway to its state at arming */
     size_t measured_zero_count;  /* number of measured zeros set before arming */
     bool uses_crystal;
 };
