@@ -2,7 +2,8 @@
  * row of the table `edges`. tables.def lists the fields with their units.
  *
  * An INTEGER is an int64_t, and NULL is STORE_NONE. A REAL is a double, and NULL is NaN. A TEXT is
- * an array of characters, and NULL is an empty string. A put copies the data behind pointers. */
+ * an array of characters, and NULL is an empty string. A put function copies the data to which
+ * pointers point. */
 #ifndef MATRIG_HOST_STORE_ROWS_H
 #define MATRIG_HOST_STORE_ROWS_H
 

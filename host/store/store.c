@@ -18,16 +18,17 @@
 #include "host/base/spell_suggest.h"
 #include "host/store/table.h"
 
-/* how long to wait while another program writes; the links buffer received data meanwhile */
+/* Time to wait while another program writes, ms. Received data is buffered in the meantime. */
 #define BUSY_WAIT_MS       30000
 #define SET_UP_RETRY_MS    20
 #define FIRST_READ_WAIT_MS 500
 
-/* the largest value that matrig writes is an imported channel: 18 h at 1 kHz */
+/* limit for one value; the largest value that matrig writes is an imported channel of 18 h at 1
+ * kHz */
 #define VALUE_BYTES_MAX 268435456
 
-/* Applies the settings of every connection to a campaign. Another program may have written the
- * schema, so SQLite must not trust it. `database` may be NULL. */
+/* Applies the settings of every connection to a campaign. The settings make SQLite distrust the
+ * schema, because another program may have written it. `database` may be NULL. */
 static void apply_safe_settings(sqlite3 *database)
 {
     if (!database)
@@ -50,13 +51,13 @@ static enum mr_status read_pragma(struct store *store, const char *sql, int64_t 
     return status;
 }
 
-/* Sets up a new, empty file in one transaction, so that no process sees a part of the schema. If
+/* Sets up a new, empty file in one transaction, so that no process sees an incomplete schema. If
  * two processes do this at the same time, the second one finds a complete schema. */
 static enum mr_status create_tables(struct store *store, struct error *error)
 {
     char numbers[160];
     int64_t tables = 0;
-    uint32_t own = 0; /* random schema cookie, by which matrig log recognises the file */
+    uint32_t own = 0; /* random schema cookie, by which matrig log recognises its file */
     if (getrandom(&own, sizeof own, 0) != (ssize_t)sizeof own)
         own = (uint32_t)time(NULL);
     snprintf(numbers, sizeof numbers,
@@ -160,7 +161,7 @@ static enum mr_status read_schema_id(struct store *store, struct schema_id *id, 
         status = read_pragma(store, "PRAGMA user_version", &id->version, error);
     if (status == MR_OK)
         status = read_pragma(store, "SELECT count(*) FROM sqlite_schema", &id->object_count, error);
-    /* the transaction has only read, so there is nothing to commit */
+    /* the transaction only reads, so there is nothing to commit */
     sqlite3_exec(store->database, "ROLLBACK", NULL, NULL, NULL);
     return status;
 }
@@ -206,7 +207,8 @@ static enum mr_status open_file(struct store *store, const char *name, int flags
 {
     if (sqlite3_open_v2(name, &store->database, flags, NULL) != SQLITE_OK)
         return store_set_error(store, "open", error);
-    /* on a file system without locks every file seems to be locked: do not wait long at first */
+    /* On a file system without locks every file seems to be locked, so the first attempt waits only
+     * briefly. */
     bool first_try = (mode == STORE_READ || mode == STORE_READ_FOR_BUNDLE) && !store->is_retry;
     sqlite3_busy_timeout(store->database, first_try ? FIRST_READ_WAIT_MS : BUSY_WAIT_MS);
     apply_safe_settings(store->database);
@@ -220,7 +222,7 @@ static enum mr_status open_file(struct store *store, const char *name, int flags
 }
 
 /* Opens a campaign for reading after the first attempt failed. SQLite normally locks the file and
- * creates files beside it. If it cannot, the campaign is read without locks, or a copy is read. */
+ * creates files in its folder. If it cannot, the campaign is read without locks, or from a copy. */
 static enum mr_status retry_open(struct store *store, enum store_mode mode,
                                  const struct error *first, struct error *error)
 {
@@ -242,9 +244,9 @@ static enum mr_status retry_open(struct store *store, enum store_mode mode,
     return open_file(store, name, flags, mode, error);
 }
 
-/* Locks the campaign against other logs, before anything is read or created. The lock of flock(2)
- * is independent of SQLite's locks. But closing any descriptor of the file releases SQLite's locks
- * in this process, so the descriptor stays open until the database is closed. */
+/* Locks the campaign against other logs, before anything is read or created. Uses flock(2), which
+ * is independent of SQLite's locks. The descriptor stays open until the database is closed, because
+ * closing any descriptor of the file releases SQLite's locks in this process. */
 static enum mr_status lock_for_log(struct store *store, struct error *error)
 {
     store->lock_fd = open(store->path, O_RDONLY | O_CREAT | O_CLOEXEC, 0644);
@@ -317,7 +319,7 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     if (!create && stat(path, &info) != 0)
         return report_missing_file(path, error);
     struct error other = {0};
-    /* the kind is checked first, because another program may be creating the database */
+    /* check the kind of the file first: a database may be empty while another program creates it */
     if (output_check_kind(path, "campaign database", &other) != MR_OK && !output_is_database(path))
         return error_set(error, other.status, "%s", other.text);
     struct store *opened = calloc(1, sizeof *opened);
@@ -328,7 +330,7 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
         return error_set(error, MR_FULL, "out of memory, opening %s; close other programs", path);
     }
     opened->path = copy;
-    /* setting `error` may end the program, so it is set after store_close */
+    /* `error` is set only after store_close, because setting it may end the program */
     struct error first = {0}, failed = {0};
     enum mr_status status = MR_OK;
     int flags = SQLITE_OPEN_READWRITE | (create ? SQLITE_OPEN_CREATE : 0);
@@ -377,7 +379,7 @@ void store_close(struct store *store)
     if (!store)
         return;
     store_for_each_statement(store, sqlite3_finalize);
-    /* write the journal back, so that a copy of the file alone is complete */
+    /* also write the journal back, so that the file alone is complete when it is copied */
     if (store->checkpoint_at_close && !store->is_overwritten) {
         sqlite3_busy_timeout(store->database, 0);
         sqlite3_wal_checkpoint_v2(store->database, "main", SQLITE_CHECKPOINT_TRUNCATE, NULL, NULL);
@@ -514,7 +516,8 @@ enum {
     OFFSET_SCHEMA_COOKIE = 40
 };
 enum { OFFSET_USER_VERSION = 60, OFFSET_APPLICATION_ID = 68 };
-#define SCHEMA_COOKIE_STEP_MAX 1000u /* a larger change means another file; a VACUUM adds 1 */
+/* a larger change of the cookie means another file; a VACUUM adds 1 */
+#define SCHEMA_COOKIE_STEP_MAX 1000u
 
 static uint32_t read_big_endian(const uint8_t *at)
 {
@@ -522,7 +525,7 @@ static uint32_t read_big_endian(const uint8_t *at)
 }
 
 /* Reads the file's header. Returns MR_IO if the disk fails, MR_MALFORMED if it is not a campaign.
- * Uses lock_fd, because closing a second descriptor would release SQLite's locks. */
+ * Uses lock_fd: closing another descriptor of the file would release SQLite's locks. */
 static enum mr_status read_file_header(const struct store *store, struct store_file_header *header,
                                        uint32_t *page_bytes)
 {
@@ -558,8 +561,8 @@ static int truncate_guarded(sqlite3_file *file, sqlite3_int64 length)
                                               : guard->original_methods->xTruncate(file, length);
 }
 
-/* Makes every write of SQLite check for an overwritten file. A check before each transaction would
- * not be enough: a checkpoint takes long and can begin at any time. */
+/* Makes SQLite check before every write whether the file was overwritten. Checking before each
+ * transaction is not enough: a checkpoint can begin at any time and takes long. */
 static void install_write_guard(struct store *store)
 {
     sqlite3_file *file = NULL;
@@ -592,8 +595,9 @@ bool store_is_overwritten(struct store *store)
         return store->is_overwritten;
     enum mr_status status = read_file_header(store, &now, &page_bytes);
     int64_t size_min = (int64_t)now.page_count * page_bytes;
-    /* an older copy has a lower change counter; a file that is shorter than its header states is
-     * normal during a checkpoint, unless it has become shorter */
+    /* The file is an older copy if its change counter is lower. It is truncated if it is shorter
+     * than its header states and has become shorter; during a checkpoint it may be shorter for a
+     * while. */
     store->is_overwritten =
         code == SQLITE_CORRUPT || code == SQLITE_NOTADB || status == MR_MALFORMED ||
         (status == MR_OK && (now.schema_cookie - known.schema_cookie > SCHEMA_COOKIE_STEP_MAX ||
@@ -697,7 +701,7 @@ void store_find_current_path(const struct store *store, char *out, size_t size)
 
 void store_close_detached(struct store *store, bool moved)
 {
-    if (moved) /* the moved file must be complete without its journal */
+    if (moved) /* after a move, the file must be complete without its journal */
         sqlite3_wal_checkpoint_v2(store->database, "main", SQLITE_CHECKPOINT_TRUNCATE, NULL, NULL);
     /* prevent a checkpoint at closing: it would delete the journal at the old path, which may
      * belong to another campaign */

@@ -34,9 +34,9 @@
 enum store_mode {
     STORE_OPEN,   /* the file must exist */
     STORE_CREATE, /* the file is created if missing */
-    /* as STORE_CREATE; no other log can open the campaign until this one closes it */
+    /* as STORE_CREATE, and no other log can open the campaign until this one closes it */
     STORE_LOG,
-    STORE_READ, /* the file must exist and is not written; it may be on a read-only medium */
+    STORE_READ, /* the file must exist and is not changed; it may be on a read-only medium */
     STORE_READ_FOR_BUNDLE, /* as STORE_READ, but an attached bundle is written */
 };
 
@@ -50,7 +50,8 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
 bool store_is_logged(struct store *store);
 /* Checks that a campaign can be written at the path. Fails with MR_IO and the reason. */
 enum mr_status store_check_writable(const char *path, struct error *error);
-void store_close(struct store *store); /* rolls back uncommitted changes; NULL is allowed */
+/* closes the store; rolls back uncommitted changes. NULL is allowed */
+void store_close(struct store *store);
 const char *store_path(const struct store *store);
 
 enum mr_status store_begin(struct store *store, struct error *error);
@@ -72,7 +73,7 @@ enum mr_status store_link_put(struct store *store, int64_t session, int link,
 enum mr_status store_link_get(struct store *store, int64_t session, int link,
                               struct store_link_counts *counts, bool *found, struct error *error);
 
-/* Stores how many messages of one name the session has lost on a link until now. */
+/* Stores, for one message name, how many messages the session has lost on a link so far. */
 enum mr_status store_missing_put(struct store *store, int64_t session, int link,
                                  const char *message, int64_t missing, struct error *error);
 
@@ -92,10 +93,10 @@ enum mr_status store_find_run(struct store *store, int64_t *run, struct error *e
  *
  * Switch events: `code` is the reason (common/switches.h), `detail` the switch (0: unknown),
  * `count` the number of times. Channel events: `code` is the validity (common/channels.h), `detail`
- * the channel, `board_us` the start. Restarts are the board starts that ended the landing: `detail`
- * has the bits of reset_cause in the message `hello` (0: not received). Backlogs are the blocks in
- * which other tasks waited for the predictor. For gage readings, `run` is the id of the gage
- * survey, and the rows are in the order of writing. */
+ * the channel, `board_us` the start. Restarts are the starts of the board that ended the landing:
+ * `detail` has the bits of reset_cause in the message `hello` (0: not received). Backlogs are the
+ * blocks in which other tasks waited for the predictor. For gage readings, `run` is the id of the
+ * gage survey, and the rows are in the order of writing. */
 #define STORE_LANDING_ROW_FUNCTIONS(X)                  \
     X(store_switches, switch, SWITCHES)                 \
     X(store_segments, segment, SEGMENTS)                \
@@ -185,7 +186,7 @@ STORE_CAMPAIGN_NUMBER_FUNCTIONS(STORE_DECLARE_CAMPAIGN_NUMBER)
 STORE_LANDING_NUMBER_FUNCTIONS(STORE_DECLARE_LANDING_NUMBER)
 
 /* Functions that write one row of a landing: store_edge_put(store, run, &edge, error). Data that
- * both links deliver is stored once: tables.def defines how a put changes an existing row. A
+ * both links deliver is stored once: tables.def defines how the function changes an existing row. A
  * calibration row has one value of a channel's calibration; `item` is an enum
  * mr_calibration_item. */
 #define STORE_LANDING_PUT_FUNCTIONS(X) \
@@ -250,7 +251,7 @@ struct store_frame {
     int64_t run;   /* landing of the frame; STORE_NONE outside landings */
     int link;      /* enum link_kind */
     int direction; /* 0: from the board; 1: to the board */
-    /* serial: sequence number of the frame; CAN: number of frames received earlier in the
+    /* serial: sequence number of the frame; CAN: number of frames received before it in the
      * session */
     int64_t seq;
     int64_t board_us; /* STORE_NONE: not known yet */
@@ -260,7 +261,7 @@ struct store_frame {
     const uint8_t *data;
 };
 /* Frames are buffered and written together (store_frames.c), at the latest at a commit or before
- * any read. A later call may therefore return the error of a failed write. */
+ * any read. The error of a failed write may therefore be returned by a later call. */
 /* Reads the row id of the newest frame; 0: none. */
 enum mr_status store_newest_frame(struct store *store, int64_t *mark, struct error *error);
 enum mr_status store_frame_put(struct store *store, int64_t session,
@@ -277,8 +278,8 @@ enum mr_status store_can_base_get(struct store *store, int64_t run, uint16_t *ba
 enum mr_status store_frames_count(struct store *store, int64_t run, int link, int64_t *count,
                                   struct error *error);
 
-/* Reads the mean of a quantity over a landing. mean->messages is 0 if the campaign has no column
- * for the quantity. */
+/* Reads the mean of a quantity over a landing. If the campaign has no column for the quantity,
+ * mean->messages is 0. */
 enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity quantity,
                               struct store_mean *mean, struct error *error);
 /* Reads the slow log of one board, or of all boards (board_uid NULL), in order of time. */
@@ -339,7 +340,7 @@ struct store_simulation {
 struct store_simulation_head {
     double run_ms;   /* computing time of the simulation */
     double error_in; /* error estimate of the solver */
-    int64_t seeds;   /* number of runways */
+    int64_t seeds;   /* number of simulated runways */
     double segments_dt_s;
     /* remaining opening of each segment, MR_SEGMENTS values per row; a read allocates them */
     float *segments_in;
@@ -359,10 +360,10 @@ enum mr_status store_simulation_head_get(struct store *store, int64_t run,
                                          struct store_simulation_head *head, struct error *error);
 void store_simulations_free(struct store_simulation *rows, size_t count);
 
-/* Assigns CAN frames to a landing that the serial link has reported, when one link is read after
- * the other. The first frame is the one after row `mark` with the landing's first state on serial.
- * The last frame is row `last` or, if `last` is STORE_NONE, the one with the landing's last
- * state. */
+/* Assigns CAN frames to a landing that the serial link has reported. Needed if one link is read
+ * after the other. The first frame assigned is the first one after row `mark` that reports the same
+ * first landing state as serial. The last one is row `last` or, if `last` is STORE_NONE, the frame
+ * with the landing's last state. */
 enum mr_status store_frames_assign(struct store *store, int64_t session, int64_t run, int64_t mark,
                                    int64_t last, struct error *error);
 
@@ -379,19 +380,20 @@ enum mr_status store_shunts_after(struct store *store, int64_t session, int64_t 
 
 /* ---- the predictor: runway state and parameters when the landing was armed ---- */
 
-/* *lamp_limit is NaN if there is none. *items is the number of stored items; 0 if the board sent
- * none. */
+/* Reads the plan and the chart of a landing. *lamp_limit is NaN if there is none. *items is the
+ * number of stored items; 0 if the board sent none. */
 enum mr_status store_risk_plan_get(struct store *store, int64_t run, struct mr_risk_plan *plan,
                                    float *lamp_limit, size_t *items, struct error *error);
 
-/* Only complete runway states are stored. *found is false if the landing has none. */
+/* Stores or reads the runway state of a landing; only complete states are stored. *found is false
+ * if the landing has none. */
 enum mr_status store_runway_put(struct store *store, int64_t run,
                                 const struct mr_predictor_state *state, int64_t source,
                                 struct error *error);
 enum mr_status store_runway_get(struct store *store, int64_t run, struct mr_predictor_state *state,
                                 int64_t *source, bool *found, struct error *error);
-/* *items is the number of stored items. The configuration is complete if it is
- * MR_PREDICT_ITEM_COUNT. */
+/* Reads the parameters of the predictor of a landing. *items is the number of stored items; the
+ * parameters are complete if it is MR_PREDICT_ITEM_COUNT. */
 enum mr_status store_predict_config_get(struct store *store, int64_t run,
                                         struct mr_predictor_config *config, size_t *items,
                                         struct error *error);
@@ -413,15 +415,15 @@ enum mr_status store_import_find(struct store *store, const struct store_import 
 struct store_imported_channel {
     int64_t index; /* index of the channel */
     int64_t first_block;
-    int64_t stride; /* blocks from one sample of the instrument to the next */
+    int64_t stride; /* number of blocks from one sample of the instrument to the next */
     size_t count;
-    float *reading; /* NaN: missing; a read allocates the array */
+    float *reading; /* readings; NaN: missing. A read allocates the array */
 };
 enum mr_status store_imported_channel_put(struct store *store, int64_t run,
                                           const struct store_imported_channel *readings,
                                           struct error *error);
-/* Reads all imported channels of a landing. Free them with store_imported_channels_free. A row
- * whose size is not a whole number of floats is left out. */
+/* Reads all imported channels of a landing. Free them with store_imported_channels_free. Skips a
+ * row whose size is not a whole number of floats. */
 enum mr_status store_imported_channels(struct store *store, int64_t run,
                                        struct store_imported_channel **rows, size_t *count,
                                        struct error *error);
@@ -430,7 +432,7 @@ void store_imported_channels_free(struct store_imported_channel *rows, size_t co
 /* ---- following a campaign while another process writes it: reading new data in the order of
  * reception ---- */
 
-/* Position in the campaign up to which all data has been read. */
+/* Position in a campaign up to which its data has been read. */
 struct store_follow_position {
     int64_t newest_frame_id;      /* id of the newest frame read */
     int64_t session, boot, index; /* position of the newest block read */
@@ -448,7 +450,7 @@ struct store_follower {
     void *context;
 };
 /* Reads up to `frames_max` frames after the position, and the blocks received before the last of
- * them. Passes the blocks and the frames from the board to the follower, and advances the position.
+ * these frames. Passes frames of the board and blocks to the follower, and advances the position.
  * *more is true if there is more data. */
 enum mr_status store_follow(struct store *store, struct store_follow_position *position,
                             int64_t frames_max, const struct store_follower *follower, bool *more,
@@ -457,21 +459,22 @@ enum mr_status store_follow(struct store *store, struct store_follow_position *p
 /* ---- functions for matrig log, which must not lose data: it retries a failed transaction, and
  * continues in another file if the campaign's file was removed ---- */
 
-/* Why the last write failed. A retry may succeed unless the reason is STORE_NO_RETRY. */
+/* Why the last write failed. A later attempt may succeed unless the reason is STORE_NO_RETRY. */
 enum store_refusal {
     STORE_NO_RETRY, /* there was no failed write, or a retry cannot succeed */
     STORE_LOCKED,   /* another program is writing */
     STORE_DISK_FULL,
     STORE_DISK_ERROR, /* the disk or the file system reported an error */
-    STORE_SIZE_LIMIT, /* the file has reached its size limit; a retry needs another file */
+    /* the file has reached its size limit; only another file can take more data */
+    STORE_SIZE_LIMIT,
 };
 
 /* Sets how long each call waits while another program writes; default 30 s. */
 void store_set_wait_ms(struct store *store, int wait_ms);
 /* Returns the reason of the last failed call, and resets it. */
 enum store_refusal store_refusal_pop(struct store *store);
-/* Writes the journal back into the file, when a full disk keeps the journal from growing. Returns
- * true if the transaction may succeed now. Call it between transactions. */
+/* Writes the journal back into the file. Used when the journal cannot grow because the disk is
+ * full. Returns true if the transaction may succeed now. Call it between transactions. */
 bool store_checkpoint(struct store *store);
 void store_roll_back(struct store *store);
 
@@ -481,9 +484,10 @@ enum store_file_state {
     STORE_FILE_MISSING,  /* no file at the path */
     STORE_FILE_REPLACED, /* a different file is at the path */
     STORE_FILE_NO_JOURNAL,
-    STORE_FILE_NO_INDEX,    /* the journal's index is missing: other programs do not see new data */
-    STORE_FILE_OVERWRITTEN, /* store_is_overwritten */
-    STORE_FILE_EMPTIED,     /* the session's data is missing: store_has_session_data */
+    /* the journal's index file is missing, so other programs do not see new data */
+    STORE_FILE_NO_INDEX,
+    STORE_FILE_OVERWRITTEN, /* the file was overwritten: store_is_overwritten */
+    STORE_FILE_EMPTIED,     /* the data of the session is missing: store_has_session_data */
 };
 /* Device and inode numbers of a campaign's files; 0: there is no such file. */
 struct store_file_identity {
@@ -495,18 +499,17 @@ void store_file_identity_get(const char *path, struct store_file_identity *ident
 enum store_file_state store_check_file_identity(const char *path,
                                                 const struct store_file_identity *identity);
 
-/* Copies all committed data into a new file at `path`, and opens the copy to check it. It works
- * also if the open file was moved or deleted. Fails with MR_IO if `path` exists. */
+/* Copies all committed data into a new file at `path`, and opens the copy to check it. Also works
+ * if the open file was moved or deleted. Fails with MR_IO if `path` exists. */
 enum mr_status store_copy_to(struct store *store, const char *path, struct error *error);
-/* Finds the current path of the open file, from the kernel; "" if the file was deleted or the path
- * is unknown. */
+/* Asks the kernel for the current path of the open file; "" if the file was deleted or the path is
+ * unknown. */
 void store_find_current_path(const struct store *store, char *out, size_t size);
-/* As store_close, for a store whose file was moved, deleted or replaced. A new file at the old path
- * is not touched. If `moved`, the journal is written back into the open file. */
+/* Closes the store as store_close does, if its file was moved, deleted or replaced. A new file at
+ * the old path is not changed. If `moved`, writes the journal back into the open file first. */
 void store_close_detached(struct store *store, bool moved);
-/* Removes the journal of the file at its old path; otherwise SQLite would write the journal into
- * any file created there. The journal of another file is not removed. Call it after
- * store_close_detached. */
+/* Removes the journal at the file's old path, because SQLite would write it into a new file at that
+ * path. The journal of another file is not removed. Call it after store_close_detached. */
 void store_journal_remove(const char *path, const struct store_file_identity *identity);
 
 /* ---- detection of a file that was overwritten ---- */
@@ -514,19 +517,20 @@ void store_journal_remove(const char *path, const struct store_file_identity *id
 /* Starts checking whether another program overwrites the file. From then on, SQLite does not write
  * to an overwritten file. */
 void store_watch_file(struct store *store);
-/* True if another program overwrote the file (for example cp) or truncated it. This shows in the
- * file's header or size, or as damage that SQLite finds. Once true, the result stays true. */
+/* True if another program overwrote the file (for example cp) or truncated it, which is detected
+ * from the file's header or size, or from damage that SQLite finds. Once true, the result stays
+ * true. */
 bool store_is_overwritten(struct store *store);
-/* These functions record the newest committed data of a session: call store_record_progress before
- * a commit and store_confirm_progress after it. */
+/* These two functions record the newest committed data of a session: call store_record_progress
+ * before a commit and store_confirm_progress after it. */
 enum mr_status store_record_progress(struct store *store, int64_t session, struct error *error);
 void store_confirm_progress(struct store *store);
-/* Checks whether the campaign still contains the session's newest committed data, if another
- * program has written since the last check. Call it in a transaction. */
+/* Checks whether the campaign still contains the session's newest committed data. Does nothing
+ * unless another program has written since the last check. Call it in a transaction. */
 enum mr_status store_has_session_data(struct store *store, bool *has, struct error *error);
-/* Renames the journal of an overwritten file to `new_path`; otherwise SQLite would write the
- * journal into the new file. Returns false if there is no journal or it cannot be renamed. Call it
- * after store_close_detached. */
+/* Renames the journal of an overwritten file to `new_path`, because SQLite would write it into the
+ * new file. Returns false if there is no journal or it cannot be renamed. Call it after
+ * store_close_detached. */
 bool store_journal_rename(const char *path, const char *new_path);
 
 #endif

@@ -9,14 +9,15 @@
 #define SQL_SIZE    4000
 #define COPY_ACTION "copy the landing from"
 
-/* part of the slow log in a bundle: from a day before the landing to an hour after it */
+/* part of the slow log that a bundle contains: from a day before the landing to an hour after it */
 #define SLOW_LOG_BEFORE_US "86400000000"
 #define SLOW_LOG_AFTER_US  "3600000000"
 #define SELECT_ARMED_US    "(SELECT armed_us FROM main.landings WHERE id=?1)"
 #define SELECT_BOARD_UID   "(SELECT board_uid FROM main.landings WHERE id=?1)"
-/* Three surveys between the previous and the next landing of the board: the first one, from which
- * mat movement is measured, the last one before the landing, and the first one after it. Any other
- * survey would change the outcome (host/analyse/record.h). */
+/* Times of the three surveys between the previous and the next landing of the board that a bundle
+ * contains: the first one, from which mat movement is measured; the last one before the landing;
+ * and the first one after it. With other surveys, the results of the landing would differ
+ * (host/analyse/record.h). */
 #define SELECT_NEIGHBOUR_US(which, side, none)                              \
     "coalesce((SELECT " which "(armed_us) FROM main.landings WHERE id" side \
     "?1 AND board_uid=" SELECT_BOARD_UID "), " none ")"
@@ -32,8 +33,8 @@
                " UNION" SELECT_SURVEY("min") " AND made_us>" SELECT_ARMED_US ")"
 
 /* Returns the SQL condition for the rows of a table that belong to the landing: ?1 is the RUN, ?2
- * its session, ?3 its boot. Most tables have a column `landing` or `session`. The function lists
- * the tables that refer to a landing in another way. */
+ * its session, ?3 its boot. Most tables have a column `landing` or `session`. For the other tables
+ * the function has a condition each. */
 static const char *get_row_condition(const char *table, bool has_landing, bool has_session)
 {
     if (strcmp(table, "landings") == 0)
@@ -47,7 +48,7 @@ static const char *get_row_condition(const char *table, bool has_landing, bool h
         return "survey IN (SELECT id FROM main.surveys WHERE landing=?1)";
     if (strcmp(table, "simulation_channels") == 0)
         return "simulation IN (SELECT id FROM main.simulations WHERE landing=?1)";
-    /* the results of `matrig ready` that are valid for the landing */
+    /* results of `matrig ready` that are valid for the landing */
     if (strcmp(table, "readiness") == 0)
         return "board_uid=" SELECT_BOARD_UID " AND " SELECT_ARMED_US
                " BETWEEN made_us AND made_us + " STORE_READINESS_VALID_US_TEXT;
@@ -62,12 +63,12 @@ static const char *get_row_condition(const char *table, bool has_landing, bool h
                       "FROM main.landing_changes WHERE"
                       " landing=?1 AND field='series' ORDER BY id DESC LIMIT 1) ELSE "
                       "s.made_us<=" SELECT_ARMED_US " END)";
-    if (strcmp(table, "advices") == 0) /* the newest advice since the previous landing */
+    if (strcmp(table, "advices") == 0) /* the newest advice after the previous landing */
         return "id=(SELECT max(id) FROM main.advices WHERE after_run=coalesce((SELECT max(id) FROM "
                "main.landings WHERE id<?1), 0))";
-    if (strcmp(table, "records") == 0) /* also records that belong to no landing */
+    if (strcmp(table, "records") == 0) /* include records that belong to no landing */
         return "landing=?1 OR landing IS NULL";
-    if (strcmp(table, "certificates") == 0) /* also certificates entered after the landing */
+    if (strcmp(table, "certificates") == 0) /* include certificates entered after the landing */
         return "board_uid=" SELECT_BOARD_UID;
     if (strcmp(table, "gage_surveys") == 0)
         return "id IN " SELECT_SURVEYS;
@@ -103,11 +104,12 @@ static enum mr_status make_copy_sql(struct store *store, const char *table, char
         size_t at = strlen(columns), to = strlen(values);
         fits &= snprintf(columns + at, sizeof columns - at, "%s\"%s\"", comma, name) <
                 (int)(sizeof columns - at);
-        if (number) /* NULL is not replaced: the event happened outside landings */
+        if (number) /* keep NULL, which means that the event happened outside landings */
             fits &= snprintf(values + to, sizeof values - to,
                              "%sCASE WHEN \"%s\" IS NULL THEN NULL ELSE 1 END", comma,
                              name) < (int)(sizeof values - to);
-        else if (strcmp(table, "records") == 0 && strcmp(name, "fields") == 0) /* a RUN in them */
+        /* records may contain a RUN in their text */
+        else if (strcmp(table, "records") == 0 && strcmp(name, "fields") == 0)
             fits &= snprintf(values + to, sizeof values - to,
                              "%sCASE WHEN fields LIKE '%%\"repaired\":%%' THEN json_set(fields, "
                              "'$.repaired', fields->>'repaired'-landing+1) ELSE fields END",
@@ -118,7 +120,7 @@ static enum mr_status make_copy_sql(struct store *store, const char *table, char
         has_landing |= landing;
         has_session |= strcmp(name, "session") == 0;
     }
-    if (code != SQLITE_DONE) /* a column may be missing in the statement */
+    if (code != SQLITE_DONE) /* ignore a missing column in the statement */
         store_set_error(store, COPY_ACTION, error);
     sqlite3_finalize(statement);
     if (code != SQLITE_DONE)
@@ -162,7 +164,7 @@ static enum mr_status copy_tables(struct store *store, const struct store_landin
 {
     sqlite3_stmt *tables;
     enum mr_status status = MR_OK;
-    /* in the order of creation, because a table refers to tables that were created earlier */
+    /* create tables in the order of the campaign, because tables refer to earlier ones */
     if (sqlite3_prepare_v2(
             store->database,
             "SELECT name FROM main.sqlite_schema WHERE type='table' AND name NOT LIKE 'sql%'"
@@ -229,7 +231,7 @@ static enum mr_status put_bundle_row(const char *path, const uint8_t *image, siz
         status = compute_record_digest(bundle, 1, row.record_sha256, error);
     if (status == MR_OK)
         status = STORE_PUT(bundle, error, bundled, &row, 1);
-    /* DELETE mode: the bundle must be one file, without a journal beside it */
+    /* journal mode DELETE, because a bundle must be one file */
     if (status == MR_OK)
         status = store_execute(bundle, "PRAGMA journal_mode=DELETE", COPY_ACTION, error);
     store_close(bundle);

@@ -1,6 +1,7 @@
-/* Buffered writing of frames, and following of a running log. One statement writes many frames,
- * which is faster because SQLite then searches the index only once. Frames are therefore buffered
- * until there are STORE_FRAMES_PER_STATEMENT of them, or until a commit or any read. */
+/* Buffering of frames that are written, and reading of a campaign while it is logged. Many frames
+ * are written with one statement, which is faster, because SQLite then searches the index only
+ * once. Frames are buffered until there are STORE_FRAMES_PER_STATEMENT, or until a commit or any
+ * read. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -71,7 +72,7 @@ enum mr_status store_frame_put(struct store *store, int64_t session,
                                const struct store_frame *frame, struct error *error)
 {
     struct store_buffered_frame *waiting = &store->buffered_frames[store->buffered_frame_count];
-    /* only a serial frame is that long, which is rare */
+    /* rare: only a serial frame can be that long */
     if (frame->length > sizeof waiting->data) {
         const struct store_frame_row row = make_frame_row(session, frame, frame->data);
         enum mr_status status = store_frames_flush(store, error);
@@ -118,8 +119,8 @@ enum mr_status store_follow_begin(struct store *store, int64_t frames,
     position->newest_frame_id = last - frames;
     status = STORE_READ_ONE(store, error, FRAME_FROM, &frame,
                             STORE_BIND(position->newest_frame_id));
-    /* the newest block before the frame; the query searches backwards from the end, because a
-     * session can be long */
+    /* Find the newest block before the frame. Search backwards from the end, because a session can
+     * be long. */
     if (status == MR_OK)
         status = STORE_READ_ONE(store, error, BLOCK_BEFORE, &block, STORE_BIND(frame.session),
                                 STORE_BIND(frame.host_us));
@@ -131,7 +132,7 @@ enum mr_status store_follow_begin(struct store *store, int64_t frames,
     return MR_OK;
 }
 
-/* Two queries in parallel, for frames and for blocks, with the next row of each. */
+/* Rows of two queries, for frames and for blocks, that are read in parallel. */
 struct follow_rows {
     struct store *store;
     sqlite3_stmt *frames_statement, *blocks_statement;
@@ -181,7 +182,7 @@ static enum mr_status end_rows(struct follow_rows *rows)
     return rows->block_status == MR_TOO_FEW ? MR_OK : rows->block_status;
 }
 
-/* Passes the blocks that were received until `until_us` to the follower. */
+/* Passes the blocks that were received up to `until_us` to the follower. */
 static void deliver_blocks(struct follow_rows *rows, struct store_follow_position *position,
                            int64_t until_us, const struct store_follower *follower, int64_t *count,
                            struct error *error)

@@ -6,7 +6,8 @@
 #include "host/store/store_journal.h"
 #include "host/store/table.h"
 
-/* Finds the value before a change: the newest entered value, otherwise the board's value. */
+/* Finds the value before a change: the value that a user entered last, or else the board's
+ * value. */
 static enum mr_status find_old_value(struct store *store, const struct store_change *change,
                                      char was[STORE_JOURNAL_TEXT_SIZE], struct error *error)
 {
@@ -121,7 +122,7 @@ enum mr_status store_count_landings_since(struct store *store, int64_t since_us,
     return STORE_READ_NUMBER(store, error, LANDINGS_COUNT_SINCE, count, STORE_BIND(since_us));
 }
 
-/* Overrides a field of the series with the entry for the landing itself, if there is one. */
+/* Replaces a field of the series by the value entered for the landing itself, if there is one. */
 static enum mr_status apply_landing_change(struct store *store, int64_t run, const char *field,
                                            char *into, size_t size, struct error *error)
 {
@@ -304,7 +305,7 @@ enum mr_status store_gage_survey_add(struct store *store, struct store_gage_surv
                                      struct error *error)
 {
     struct store_gage_survey row = *survey;
-    row.ended_us = STORE_NONE; /* still open */
+    row.ended_us = STORE_NONE; /* not ended */
     enum mr_status status = STORE_PUT(store, error, gage_survey, &row);
     survey->id = sqlite3_last_insert_rowid(store->database);
     return status;

@@ -59,7 +59,7 @@ enum mr_status store_find_duplicate(struct store *store, int64_t run, int64_t *d
 struct store_recalibration {
     int64_t made_us;
     const char *who, *reason;
-    /* the zeros of gages are changed too, although they were measured before the landing */
+    /* also change the zeros of gages, although they were measured before the landing */
     bool changes_gage_zeros;
 };
 /* Changes the calibration of channel `index` of a landing, in the caller's transaction. *changed is
@@ -89,8 +89,8 @@ enum mr_status store_gage_reading_add(struct store *store, int64_t survey,
 /* Records that the survey was sent to a board. */
 enum mr_status store_gage_load_add(struct store *store, int64_t survey, int64_t made_us,
                                    const char *link, int64_t segments, struct error *error);
-/* Makes every later commit wait until the data is on disk. STORE_CREATE and STORE_LOG do so
- * already. */
+/* Makes every later commit wait until the data is on disk. Unnecessary after STORE_CREATE and
+ * STORE_LOG. */
 enum mr_status store_set_durable(struct store *store, struct error *error);
 
 #endif

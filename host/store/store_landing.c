@@ -259,7 +259,7 @@ enum mr_status store_session_add(struct store *store, struct store_session *sess
                                  struct error *error)
 {
     struct store_session row = *session;
-    row.ended_us = STORE_NONE; /* still open */
+    row.ended_us = STORE_NONE; /* not ended */
     row.ended_by = NULL;
     row.matrig = VERSION_TEXT;
     enum mr_status status = STORE_PUT(store, error, session, &row);
@@ -639,7 +639,7 @@ enum mr_status store_import_get(struct store *store, int64_t session, struct sto
     *found = status == MR_OK;
     if (*found)
         sqlite3_reset(s);
-    import->mapping = NULL; /* its text is in the row, which is no longer valid */
+    import->mapping = NULL; /* the text of the mapping is in the row, which is no longer valid */
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 

@@ -1,6 +1,6 @@
-/* Checks of the file system of a campaign, and reading of a campaign that SQLite cannot open
- * normally: on read-only media, in another user's folder, in a snapshot, on a network drive without
- * locks. */
+/* Checks of a campaign's file system, and reading of a campaign that SQLite cannot open in the
+ * normal way: on read-only media, in another user's folder, in a snapshot, on a network drive
+ * without locks. */
 #include <errno.h>
 #include <fcntl.h>
 #include <libgen.h>
@@ -92,8 +92,8 @@ void store_describe_lock_holder(const char *path, char out[STORE_TEXT_SIZE])
              command[0] ? ", " : "", command);
 }
 
-/* Tries the two functions of the file system that SQLite needs: locks and shared memory. Returns
- * the name of the missing one (NULL: none), and its error number. */
+/* Checks whether the file system has the two functions that SQLite needs, locks and shared memory.
+ * Returns the name of the missing one (NULL: none), and its error number. */
 static const char *probe_file_system(int fd, int *number)
 {
     struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET, .l_len = 1};
@@ -105,7 +105,7 @@ static const char *probe_file_system(int fd, int *number)
     void *shared = MAP_FAILED;
     if (ftruncate(fd, PROBE_MAPPING_BYTES) == 0) {
         shared = mmap(NULL, PROBE_MAPPING_BYTES, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
-        /* ENOMEM is not an error of the file system */
+        /* ignore ENOMEM, which is not an error of the file system */
         *number = shared == MAP_FAILED && errno != ENOMEM ? errno : 0;
     }
     if (shared != MAP_FAILED)
@@ -131,7 +131,7 @@ enum mr_status store_check_writable(const char *path, struct error *error)
     snprintf(name, sizeof name, "%s/.matrig-probe-%ld", folder, (long)getpid());
     int fd = open(name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
     if (fd < 0)
-        return MR_OK; /* the reason is unknown here; SQLite reports it later */
+        return MR_OK; /* without a known reason: SQLite reports the error later */
     const char *lacks = probe_file_system(fd, &number);
     close(fd);
     unlink(name);

@@ -6,7 +6,7 @@
 #include "host/store/table.h"
 #include "host/base/monotonic_clock.h"
 
-/* virtual machine instructions of SQLite between two checks of the time */
+/* number of SQLite's virtual machine instructions between two checks of the time */
 #define SQL_STEPS_PER_TIME_CHECK 20000
 
 enum mr_status store_readiness_put(struct store *store, const char *board_uid, const char *kind,
@@ -115,7 +115,7 @@ enum mr_status store_check_integrity(struct store *store, double duration_max_s,
         return store_set_error(store, "check", error);
     sqlite3_progress_handler(store->database, SQL_STEPS_PER_TIME_CHECK, is_time_over, &until_s);
     int step = sqlite3_step(s);
-    store_limit_sql_steps(store); /* restores the normal progress handler */
+    store_limit_sql_steps(store); /* restores the progress handler that was active before */
     const char *text = step == SQLITE_ROW ? (const char *)sqlite3_column_text(s, 0) : NULL;
     *complete = text && strcmp(text, "ok") == 0;
     if (text && !*complete)

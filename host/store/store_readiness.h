@@ -7,7 +7,7 @@
 
 #include "host/store/store.h"
 
-/* 12 h: a result applies to landings within this time */
+/* 12 h: how long after `matrig ready` its result is valid for a landing */
 #define STORE_READINESS_VALID_US      43200000000
 #define STORE_READINESS_VALID_US_TEXT "43200000000"
 
@@ -20,8 +20,8 @@ struct store_readiness {
 /* Stores a result. `kind`: "ready" or "walk". */
 enum mr_status store_readiness_put(struct store *store, const char *board_uid, const char *kind,
                                    const struct store_readiness *row, struct error *error);
-/* Reads the newest result of a board and kind at the time `until_us`. If `only_valid`, an older
- * result than STORE_READINESS_VALID_US does not count. */
+/* Reads the newest result of a board and kind at the time `until_us`. If `only_valid` is true,
+ * ignores a result older than STORE_READINESS_VALID_US. */
 enum mr_status store_readiness_get(struct store *store, const char *board_uid, const char *kind,
                                    int64_t until_us, bool only_valid, struct store_readiness *row,
                                    bool *found, struct error *error);

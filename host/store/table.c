@@ -9,9 +9,9 @@
 
 #include "host/base/xmalloc.h"
 
-/* Pages of a damaged file can form a loop, so a statement is stopped after many more steps than an
- * undamaged file of the same size needs. A scan needs less than 2 steps per byte; sorting and
- * look-ups for each row need less than ten times as many. */
+/* Pages of a damaged file can form a loop. A statement is therefore stopped after many more steps
+ * than it could need in an undamaged file of that size. A scan needs fewer than 2 steps per byte;
+ * sorting and look-ups for each row need less than ten times as many. */
 #define SQL_STEP_LIMIT_MIN           20000000
 #define SQL_STEP_LIMIT_PER_FILE_BYTE 32
 #define SQL_STEPS_PER_CALLBACK       10000
@@ -21,8 +21,8 @@
 
 /* ---- descriptions of the tables, from tables.def ---- */
 
-/* Kind of a field, from its type. In _Generic an array of characters becomes a pointer, so the type
- * of its address decides between array and pointer. */
+/* Kind of a field, from its type. _Generic converts an array of characters to a pointer; the type
+ * of its address distinguishes arrays from pointers. */
 /* clang-format off */
 #define FIELD_KIND(row, field)                                                     \
     _Generic(((const struct store_##row *)0)->field,                         \
@@ -102,7 +102,7 @@ const struct store_table *store_table(enum store_table_number which)
 
 /* ---- SQL text from the descriptions ---- */
 
-/* True if a put with these rules writes the column. */
+/* True if a put function writes the column under these merge rules. */
 static bool is_column_written(const struct store_column *column, unsigned rules)
 {
     return (rules >> column->merge & 1u) != 0;
@@ -228,7 +228,7 @@ static int bind_field(sqlite3_stmt *statement, int at, const struct store_column
                                    SQLITE_STATIC);
     case STORE_TEXT_ARRAY: break;
     case STORE_INT64:
-    case STORE_OWNER: abort(); /* not reached: store_bind_row binds owners */
+    case STORE_OWNER: abort(); /* unreachable: store_bind_row binds owner columns */
     }
     const char *text = field;
     return sqlite3_bind_text(statement, at, column->empty_is_null && !text[0] ? NULL : text, -1,
@@ -271,8 +271,8 @@ static int bind_values(sqlite3_stmt *statement, const struct store_value *values
     return code;
 }
 
-/* Reads an integer column; a value of another type is missing. sqlite3_column_value is twice as
- * fast as asking for type and value of the column. It is safe because only one thread uses a
+/* Reads an integer column; a value of another type is missing. Uses sqlite3_column_value, which is
+ * twice as fast as reading type and value separately, and safe because only one thread uses a
  * statement. */
 static int64_t read_integer(sqlite3_stmt *statement, int column)
 {
@@ -304,12 +304,12 @@ static void read_field(sqlite3_stmt *statement, int at, const struct store_colum
         *(const char **)field = (const char *)sqlite3_column_text(statement, at);
         break;
     case STORE_TEXT_ARRAY: store_copy_text(statement, at, field, column->field_size); break;
-    case STORE_BLOB: /* the pointer before the length, because SQLite may convert the value */
+    case STORE_BLOB: /* read the pointer before the length, because SQLite may convert the value */
         ((struct store_bytes *)field)->data = sqlite3_column_blob(statement, at);
         ((struct store_bytes *)field)->length = (size_t)sqlite3_column_bytes(statement, at);
         break;
     case STORE_INT64:
-    case STORE_OWNER: abort(); /* not reached: store_read_row reads owners */
+    case STORE_OWNER: abort(); /* unreachable: store_read_row reads owner columns */
     }
 }
 
@@ -338,17 +338,18 @@ static int get_last_errno(sqlite3 *database, int which)
     return number;
 }
 
-/* Finds the errno of the last failed call; 0: SQLite's code describes it well enough. */
+/* Returns the errno of the last failed call; 0: SQLite's own code describes the error well
+ * enough. */
 static int find_system_errno(sqlite3 *database, int code)
 {
     if (code == SQLITE_CORRUPT && get_last_errno(database, SQLITE_FCNTL_FILE_POINTER) == EIO)
-        return EIO; /* SQLite reports a page that could not be read as corrupt */
+        return EIO; /* SQLite reports an unreadable page as a corrupt database */
     if (code != SQLITE_IOERR && code != SQLITE_CANTOPEN)
         return 0;
     int journal = get_last_errno(database, SQLITE_FCNTL_JOURNAL_POINTER),
         number = journal ? journal : get_last_errno(database, SQLITE_FCNTL_FILE_POINTER);
     number = number ? number : sqlite3_system_errno(database);
-    /* a missing file is not the cause, because some files are optional */
+    /* ignore a missing file: some files of a database are optional */
     return number == ENOENT ? 0 : number;
 }
 
@@ -420,7 +421,7 @@ static int is_step_limit_exceeded(void *context)
                SQL_STEP_LIMIT_MIN + SQL_STEP_LIMIT_PER_FILE_BYTE * get_file_bytes(store);
 }
 
-/* Called when a statement starts. Keeps the count of steps if another statement is still
+/* Called when a statement starts. Resets the count of steps, unless another statement is still
  * running. */
 static int reset_step_count(unsigned event, void *context, void *begins, void *text)
 {
@@ -463,8 +464,8 @@ void store_copy_text(sqlite3_stmt *statement, int column, char *out, size_t size
         out[cut] = '\0';
     }
     for (char *p = out; *p; p++) {
-        /* another program may have written the text: remove the control characters (C0, DEL, C1 in
-         * UTF-8) that a terminal would obey */
+        /* Remove control characters (C0, DEL, C1 in UTF-8), which a terminal would execute: another
+         * program may have written the text. */
         if ((unsigned char)*p < 0x20 || *p == 0x7f)
             *p = ' ';
         else if ((unsigned char)*p == 0xc2 && ((unsigned char)p[1] & 0xe0) == 0x80)
@@ -780,7 +781,7 @@ static int create_table(sqlite3 *database, enum store_table_number which)
 int store_create_tables(sqlite3 *database, bool on_demand)
 {
     int code = SQLITE_OK;
-    bool wanted = false; /* `wanted` also applies to the indexes and triggers that follow a table */
+    bool wanted = false; /* `wanted` is kept for the indexes and triggers that follow a table */
 #define TABLE(row, table)                                              \
     wanted = STORE_TABLE_IS_ON_DEMAND(STORE_TABLE_##row) == on_demand; \
     if (wanted && code == SQLITE_OK)                                   \

@@ -3,8 +3,8 @@
  *
  * The compiler checks that a row has the struct of its table or query, that the number of owner
  * columns is right, and that each parameter of a statement is an integer, a real or a text. Two
- * more mistakes end the program when the statement is used first: a wrong number of parameters, and
- * columns that differ from the fields of the struct. tests/host/test_tables.c uses each
+ * more mistakes end the program at the first use of the statement: a wrong number of parameters,
+ * and columns that differ from the fields of the struct. tests/host/test_tables.c uses each
  * statement. */
 #ifndef MATRIG_HOST_STORE_TABLE_H
 #define MATRIG_HOST_STORE_TABLE_H
@@ -55,7 +55,7 @@ enum store_field_kind {
 };
 
 struct store_column {
-    const char *name; /* NULL: the field is computed by SQL and has no column */
+    const char *name; /* name of the column; NULL: SQL computes the field, which has no column */
     const char *type, *constraint;
     const char *field, *read_sql; /* SQL expression that is read instead of the column; "": none */
     size_t field_offset, field_size; /* position and size of the field in the struct, bytes */
@@ -74,11 +74,11 @@ struct store_table {
 
 const struct store_table *store_table(enum store_table_number which);
 
-/* A table on demand is created when its first row is written. Until then a query returns no
- * rows. */
+/* True for a table that is created when its first row is written. Until then, a query of it returns
+ * no rows. */
 #define STORE_TABLE_IS_ON_DEMAND(which) ((which) == STORE_TABLE_record)
-/* Creates the tables, indexes and triggers that are on demand, or all others. Returns SQLite's
- * code. */
+/* Creates the tables, indexes and triggers that are created on demand (STORE_TABLE_IS_ON_DEMAND),
+ * or all others. Returns SQLite's code. */
 int store_create_tables(sqlite3 *database, bool on_demand);
 bool store_has_on_demand_tables(sqlite3 *database);
 
@@ -88,8 +88,8 @@ char *store_make_insert_sql(const struct store_table *table, unsigned rows);
 char *store_make_column_list(const struct store_table *table);
 
 /* Binds the columns of a row whose merge rule is in the set `rules` (bits 1 << enum store_merge).
- * *at is the number of the first parameter, and is advanced past the last one. Data behind pointers
- * must stay valid until the statement has run. Returns SQLite's code. */
+ * *at is the number of the first parameter; on return, that of the parameter after the last one.
+ * Data behind pointers must stay valid until the statement has run. Returns SQLite's code. */
 int store_bind_row(sqlite3_stmt *statement, const struct store_table *table, const int64_t *owners,
                    const void *row, unsigned rules, int *at);
 #define STORE_WRITTEN_MERGE_RULES (~(1u << STORE_MERGE_READ_ONLY))
@@ -99,7 +99,7 @@ void store_read_row(sqlite3_stmt *statement, const struct store_table *table, vo
 /* ---- writing rows ---- */
 
 /* STORE_PUT(store, error, edge, &edge, run) writes a row of the table `edges`. tables.def defines
- * how a put changes an existing row. */
+ * how this changes an existing row. */
 #define STORE_PUT(store, error, row, value, ...)                                            \
     store_insert(                                                                           \
         (store), (error), STORE_TABLE_##row, (1 ? (value) : (const struct store_##row *)0), \
@@ -149,7 +149,7 @@ static inline struct store_value store_value_text(const char *value)
 {
     return (struct store_value){.kind = STORE_TEXT_POINTER, .text = value};
 }
-/* STORE_BIND makes a parameter of any type. STORE_NONE, NaN and NULL become SQL NULL. */
+/* Makes a parameter from a value of any type. STORE_NONE, NaN and NULL become SQL NULL. */
 /* clang-format off */
 #define STORE_BIND(value)                         \
     _Generic((value),                       \
@@ -169,7 +169,7 @@ static inline struct store_value store_value_text(const char *value)
 /* Runs a statement that returns no rows. */
 #define STORE_RUN_STATEMENT(store, error, NAME, ...) \
     store_run_statement((store), (error), STORE_##NAME, STORE_VALUES(__VA_ARGS__))
-/* Starts a query. Then call STORE_READ_NEXT, or store_step to read no struct, until it returns
+/* Starts a query. Then call STORE_READ_NEXT (or store_step, which reads no struct) until it returns
  * MR_TOO_FEW (no more rows) or an error. To stop earlier, call sqlite3_reset. */
 #define STORE_QUERY(store, error, NAME, statement, ...) \
     store_query((store), (error), STORE_##NAME, (statement), STORE_VALUES(__VA_ARGS__))
@@ -234,7 +234,7 @@ struct store_file_header {
     int64_t file_bytes;
 };
 
-/* SQLite's methods of the file. The methods that write are replaced by functions that first check
+/* SQLite's methods for a file. The writing methods are replaced by functions that first check
  * whether another program overwrote the file. */
 struct store_guard {
     /* must be the first field: SQLite's pointer to the methods is cast to this struct */
@@ -249,7 +249,7 @@ struct store {
     /* the statements of these arrays are prepared at their first use */
     sqlite3_stmt *statement[STORE_STATEMENT_COUNT];
     sqlite3_stmt *insert[STORE_TABLE_COUNT], *update[STORE_TABLE_COUNT];
-    int lock_fd;              /* descriptor whose lock keeps other logs out; 0: none */
+    int lock_fd;              /* descriptor whose lock excludes other logs; 0: none */
     bool is_checkpointed;     /* the journal was written back since the last commit */
     bool size_limit_reached;  /* the last failed call reached the size limit of the file */
     bool is_retry;            /* the campaign is being opened a second time, with a longer wait */
@@ -258,13 +258,13 @@ struct store {
     sqlite3_stmt *insert_frames;
     struct store_buffered_frame buffered_frames[STORE_FRAMES_PER_STATEMENT];
     unsigned buffered_frame_count;
-    /* number of steps since a statement started while no other one was running */
+    /* number of steps since a statement was started while none was running */
     int64_t sql_step_count;
     struct store_file_header header; /* header at the last check; file_bytes 0: not checked yet */
     bool is_overwritten;
     struct store_guard guard;
     int64_t session; /* session being logged; 0: none */
-    /* newest data of the session: already committed, and in the open transaction */
+    /* newest data of the session: committed, and in the open transaction */
     struct store_session_progress committed_progress, pending_progress;
     int64_t data_version; /* PRAGMA data_version when the data of the session was last checked */
     int last_failed_code; /* SQLite's code of the last call that failed; 0: none */
@@ -292,7 +292,7 @@ void store_copy_text(sqlite3_stmt *statement, int column, char *out, size_t size
 
 /* ---- the file system of a campaign (store_place.c) ---- */
 
-#define STORE_URI_SIZE 12400u /* each byte of a path may need three characters */
+#define STORE_URI_SIZE 12400u /* large enough: each byte of a path may need three characters */
 
 /* Describes the file system of a path: "nfs4 at /home". */
 void store_describe_file_system(const char *path, char out[STORE_TEXT_SIZE]);
@@ -300,10 +300,11 @@ void store_describe_file_system(const char *path, char out[STORE_TEXT_SIZE]);
  * sqlite3 has locked the campaign". */
 void store_describe_lock_holder(const char *path, char out[STORE_TEXT_SIZE]);
 /* True if the file system supports locks. Call it only while this process does not have the
- * campaign open: it closes a descriptor of the file, which releases all of SQLite's locks. */
+ * campaign open: the function closes a descriptor of the file, which releases all of SQLite's
+ * locks. */
 bool store_has_file_locks(const char *path);
-/* Makes a URI with which SQLite can read a campaign that it cannot open normally. It names the file
- * itself or, if the file has a journal, a copy in the new folder `folder`, which
+/* Makes a URI with which SQLite can read a campaign that it cannot open normally. The URI names the
+ * file itself or, if the file has a journal, a copy in the new folder `folder`, which
  * store_remove_read_copy removes. */
 enum mr_status store_make_read_uri(const char *path, char uri[STORE_URI_SIZE],
                                    char folder[STORE_TEXT_SIZE], struct error *error);

@@ -17,8 +17,8 @@ static double value_or_nan(bool known, double value)
     return known ? value : (double)NAN;
 }
 
-/* Adds an error. `agreement_ft` is the difference between the two reference solutions. Text shows
- * an error too small to be distinguished from this difference as "less than" it. */
+/* Adds an error. `agreement_ft` is the difference between the two reference solutions. If the error
+ * is too small to be distinguished from this difference, text shows "less than" the difference. */
 static void add_error(struct answer *answer, const char *name, const char *label,
                       const struct error_run *run, double run_error_ft, double agreement_ft)
 {
@@ -178,7 +178,7 @@ static struct answer *make_answer(const struct sim_scene *scene, const struct er
     return answer;
 }
 
-#define PLOT_MIN_FT 1e-16 /* ft; shown for an error of 0, on the logarithmic axis */
+#define PLOT_MIN_FT 1e-16 /* in ft; an error of 0 is shown as this value on the logarithmic axis */
 
 static double run_error_ft(const struct error_run *run, bool lift)
 {
@@ -259,7 +259,7 @@ int error_command(int argc, char **argv, const struct cli *cli)
     struct progress progress;
 
     command_parse(&command_error, argc, argv, cli, &r, words, fatal);
-    plot_check(r.plot, words[0], fatal); /* called before the computation, which takes a minute */
+    plot_check(r.plot, words[0], fatal); /* check before the computation, which takes a minute */
     sim_scene_load(&scene, words[0], fatal);
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", words[0]);

@@ -58,7 +58,8 @@ static void set_fitted_keys(const char *text, struct fit_landings *list)
     }
 }
 
-/* Reads a value and its standard error, "=0.4mm:0.1mm", from the first `length` characters. */
+/* Reads a value and its standard error, such as "=0.4mm:0.1mm", from the first `length`
+ * characters. */
 static bool read_prior(const char *text, size_t length, const char *unit, double *value,
                        double *spread)
 {
@@ -391,8 +392,8 @@ static void set_scene_values(json_t *scene, const struct fit_landings *list,
 }
 
 /* Writes a scene with the fitted values, and with the path and thrust of the first landing. The
- * joints are those of the draw that is nearest to the measurement: if all joints were equal, they
- * would hardly move, because a landing moves the weakest joints first. */
+ * joints are those of the draw nearest to the measurement. Equal joints would not do: they would
+ * hardly move, because a landing closes the weakest joints first. */
 static enum mr_status fit_write_scene(const struct fit_landings *list,
                                       const struct fit_result *answer, const char *from,
                                       const char *path, struct error *error)

@@ -29,7 +29,7 @@ static int (*find_study_command(const char *name))(int argc, char **argv, const 
     return strcmp(command_sim.name, name) == 0 ? command_sim.run : NULL;
 }
 
-/* Refuses a different version of matrig, which may use the same arguments differently. */
+/* Refuses to run for a matrig of another version, which may use the same arguments differently. */
 static enum mr_status check_version(const char *version, const char *matrig, struct error *error)
 {
     if (strcmp(version, VERSION_TEXT) == 0)

@@ -26,8 +26,8 @@ static void check_options(const struct sweep_request *r)
     output_check(r->output, r->words[0], fatal);
 }
 
-/* Reads the first and last case, "N..M" or "N", counted from 1. A last case beyond the end is
- * replaced by the end, so that all tasks can have the same size. */
+/* Reads the first and last case, "N..M" or "N", counted from 1. If N or M is beyond the last case,
+ * uses the last case, so that all tasks of a cluster can have the same size. */
 static void read_cases(const char *text, size_t cases, size_t *first, size_t *end)
 {
     char *after;

@@ -38,15 +38,15 @@ static void add_station_items(struct survey_plan *plan, enum survey_edges edges,
         add_item(plan, SURVEY_ITEM_ACROSS, line, station);
 }
 
-/* Returns the station of an item's beginning; a diagonal has no station. */
+/* Returns the station at which an item begins; NaN for a diagonal, which has no station. */
 static double get_item_station_ft(const struct survey_item *item)
 {
     return (item->kind == SURVEY_ITEM_GAP ? SURVEY_SPAN_LENGTH_FT : SURVEY_STATION_SPACING_FT) *
            item->index;
 }
 
-/* Adds the items of a line in the downfield direction. Each station precedes the first span that
- * begins at or behind the station. */
+/* Adds the items of a line in the downfield direction. Each station is listed before the first span
+ * that begins at or downfield of it. */
 static void add_line_items(struct survey_plan *plan, enum survey_edges edges, unsigned line)
 {
     unsigned station = 0;
@@ -66,7 +66,7 @@ void survey_plan_init(struct survey_plan *plan, enum survey_edges edges)
     for (unsigned line = 1; line <= SURVEY_LINES; line++) {
         size_t first = plan->count;
         add_line_items(plan, edges, line);
-        /* on even lines the reader walks back uprange, so the order is reversed */
+        /* reverse the order on even lines, which are read while walking back upfield */
         for (size_t i = first, j = plan->count; line % 2 == 0 && i + 1 < j; i++) {
             struct survey_item item = plan->item[i];
             plan->item[i] = plan->item[--j];
@@ -149,7 +149,7 @@ static bool is_span(const struct survey_item *item)
     return item->kind == SURVEY_ITEM_GAP || item->kind == SURVEY_ITEM_DIAGONAL;
 }
 
-/* Returns the expected value of a first reading; NaN: no expectation. */
+/* Returns the expected value of the first reading of an item; NaN: none. */
 static double get_item_nominal_in(const struct survey_item *item)
 {
     return is_span(item) ? SURVEY_POINT_SPACING_IN : (double)NAN;
@@ -162,7 +162,7 @@ double survey_item_limit_in(const struct survey_item *item)
 
 /* ---- a survey in progress ---- */
 
-/* three reading errors; a second reading that differs by less confirms a doubtful one */
+/* three reading errors; a second reading within this distance confirms a doubtful one */
 #define CONFIRM_TOLERANCE_IN 0.015
 #define READING_MAX_IN       2000.0 /* no caliper or runway gives a larger reading */
 
@@ -180,7 +180,7 @@ static bool is_blank(const char *text)
 
 static bool parse_number(const char *text, bool si, double *value_in, struct quantity_error *wrong)
 {
-    /* only digits are allowed: a caliper does not write powers of ten */
+    /* allow only digits, signs and separators: calipers do not write powers of ten */
     size_t digits = strspn(text, "+-.,0123456789");
     if (digits == 0 || toupper((unsigned char)text[digits]) == 'E')
         return false;
@@ -233,7 +233,7 @@ static void discard_reading(struct survey_progress *progress, size_t item)
 }
 
 /* Restores a stored reading when a survey resumes. NaN deletes the reading; `skipped` marks it as
- * skipped. Call survey_progress_move_to_next afterwards. */
+ * skipped. Call survey_progress_move_to_next after the last one. */
 static void survey_progress_restore(struct survey_progress *progress, size_t item, double value_in,
                                     bool skipped)
 {
@@ -271,7 +271,7 @@ static enum survey_entry_outcome apply_number(struct survey_progress *progress, 
     if (at == progress->plan.count)
         return SURVEY_OUTCOME_REFUSED;
     double expected_in = survey_progress_expected_in(progress, at);
-    /* false if no value is expected (NaN) */
+    /* false if there is no expected value (NaN) */
     bool beyond = fabs(value_in - expected_in) >
                   survey_item_limit_in(&progress->plan.item[at]) + 1e-9;
     bool again = progress->has_doubtful_value &&
@@ -290,7 +290,8 @@ static enum survey_entry_outcome apply_number(struct survey_progress *progress, 
 static enum survey_entry_outcome undo_last_reading(struct survey_progress *progress, size_t *item)
 {
     if (progress
-            ->has_doubtful_value) { /* the doubtful reading is not stored yet, so it is discarded */
+            /* undoing a doubtful reading, which is not stored yet, only discards it */
+            ->has_doubtful_value) {
         progress->has_doubtful_value = false;
         return SURVEY_OUTCOME_ITEM_CHANGED;
     }
@@ -443,7 +444,7 @@ static enum mr_status parse_row(const char *path, size_t line, char **cell, size
             text[COLUMN_READING], path, line, wrong.what[0] ? ": this is " : "", wrong.what);
     bool distance = item.kind == SURVEY_ITEM_GAP || item.kind == SURVEY_ITEM_DIAGONAL;
     if (distance &&
-        /* the logarithm is 3.2 for a value in mm */
+        /* the log of the ratio is 3.2 if a value in mm is taken as inches */
         fabs(log(fabs(value) / SURVEY_POINT_SPACING_IN)) > 2.0)
         return error_set(error, MR_MALFORMED,
                          "gage points are about 33.5 in or 851 mm apart, not '%s': %s, line %zu; "
@@ -536,8 +537,8 @@ static void add_observation(struct normal_equations *n, unsigned k, double a, do
     }
 }
 
-/* Solves by elimination from both ends. Where the two meet, at k, the rest of the diagonal is the
- * reciprocal variance of point k. */
+/* Solves by elimination from both ends up to point k, for each k. What then remains of the diagonal
+ * element is the reciprocal variance of point k. */
 static void solve_normal_equations(const struct normal_equations *n,
                                    struct survey_estimate out[SURVEY_POINTS])
 {
@@ -606,7 +607,7 @@ static struct survey_estimate compute_bow(const struct survey_change *c, unsigne
                       (survey_line_in(SURVEY_LINES) - survey_line_in(1));
         const struct survey_estimate here = c->movement[line][point];
         double away_in = here.value_in - (1.0 - part) * left.value_in - part * right.value_in;
-        /* a comparison with NaN is false, so the first value is always used */
+        /* the first value is always used: worst_bow is NaN at first */
         if (isnan(away_in) || fabs(away_in) <= fabs(bow.value_in))
             continue;
         bow.value_in = away_in;
@@ -664,7 +665,7 @@ void survey_compute_slack(const struct survey_readings *now, double closed_in,
             squares += value_in * value_in;
         }
         double mean = lines ? sum / lines : (double)NAN;
-        /* the error combines the errors of the readings with the differences between lines */
+        /* combines the errors of the readings with the differences between the lines */
         double scatter = lines > 1
                            ? fmax(squares - lines * mean * mean, 0.0) / (lines - 1.0) / lines
                            : 0.0;
@@ -695,7 +696,7 @@ static enum mr_status load_readings(struct store *store, int64_t id, const struc
         int at = survey_item_kind_parse(rows[i].kind, &item.kind) ? survey_plan_find(plan, &item)
                                                                   : -1;
         if (at < 0)
-            continue; /* the reading's place is not in this plan */
+            continue; /* skip a reading that has no place in this plan */
         value_in[at] = rows[i].value_in;
         if (!survey)
             continue;
@@ -740,8 +741,7 @@ static enum mr_status load_survey_row(struct store *store, const struct store_ga
     return status;
 }
 
-/* Sets the error for a missing survey: no valid survey has this number. id 0: there is no survey at
- * all. */
+/* Sets the error that no valid survey has this number; id 0: that there is no survey. */
 static enum mr_status refuse_missing_survey(struct store *store, int64_t id,
                                             const struct store_gage_survey *rows, size_t count,
                                             struct error *error)
@@ -848,7 +848,8 @@ enum mr_status survey_evaluate_between(struct store *store, int64_t from_us, int
                                        struct survey_results *found, bool *exists,
                                        struct error *error)
 {
-    static struct survey survey; /* static, because it takes tens of kilobytes */
+    /* static instead of on the stack, because it takes tens of kilobytes */
+    static struct survey survey;
     struct store_gage_survey *rows = NULL;
     size_t count = 0;
     enum mr_status status = store_gage_surveys(store, &rows, &count, error);

@@ -17,13 +17,13 @@
  * Gage points are punched into the mats every ten mats along four lines: 12 in from each edge, near
  * the centreline, and 36 in left of it. A reading is the distance between two neighbouring points
  * of a line, 33.5 in by design; its change is the sum of the changes of ten openings. Stations are
- * marked every 10 ft along the side of the runway: the reading is the distance by which the mat's
- * mark is downfield of the station's. For a diagonal lay there are stations at all four lines,
- * their distance from a fixed line along the runway (across), and seven lines of points at 45
+ * marked every 10 ft along the side of the runway: the reading is how far the mark on the mat is
+ * downfield of that of the station. For a diagonal lay, the plan has stations at all four lines,
+ * their distances across the runway from a fixed line along it, and seven lines of points at 45
  * degrees, at right angles to the joints.
  *
- * A plan goes down one line and back up the next, with each station read when it is passed. Pure
- * functions, no I/O. Units are inches and feet. */
+ * The reader walks down one line and back along the next one, and reads each station when passing
+ * it. Pure functions, no I/O. Units are inches and feet. */
 #define SURVEY_LINES              4u
 #define SURVEY_SPANS              MR_SEGMENTS
 #define SURVEY_POINTS             (SURVEY_SPANS + 1u)
@@ -41,7 +41,8 @@
 #define SURVEY_JOINT_MOVEMENT_IN     0.036 /* designed movement of a joint (report 2.7.2) */
 /* limit of a span's change: the sum of ten joints */
 #define SURVEY_SPAN_CHANGE_MAX_IN    (SURVEY_JOINT_MOVEMENT_IN * MR_MATS_PER_SEGMENT)
-/* movement of a station between two surveys above which the reading is asked for again */
+/* largest plausible movement of a station between two surveys; beyond it, the reading must be
+ * repeated */
 #define SURVEY_STATION_CHANGE_MAX_IN 1.0
 
 enum survey_item_kind {
@@ -51,8 +52,8 @@ enum survey_item_kind {
     SURVEY_ITEM_DIAGONAL,
     SURVEY_ITEM_KINDS
 };
-/* Lines at which stations are read. SURVEY_EDGE_DIAGONAL: all lines, with distances across and the
- * 45-degree lines. */
+/* Lines at which stations are read. SURVEY_EDGE_DIAGONAL: all lines, with the distances across and
+ * the lines at 45 degrees. */
 enum survey_edges {
     SURVEY_EDGE_LEFT,
     SURVEY_EDGE_BOTH,
@@ -83,7 +84,8 @@ extern const char *const survey_item_kind_text[SURVEY_ITEM_KINDS],
     *const survey_edges_text[SURVEY_EDGES];
 bool survey_edges_parse(const char *text, enum survey_edges *edges);
 
-double survey_line_in(unsigned line);        /* distance from the left edge, in */
+/* returns the distance of a line from the left edge, inches */
+double survey_line_in(unsigned line);
 const char *survey_line_text(unsigned line); /* "36 in left of the centreline" */
 /* Describes an item: "line 2 (36 in left of the centreline), mats 121 to 130, station 34.3 ft". */
 void survey_item_format(const struct survey_item *item, bool si, char *out, size_t size);
@@ -109,15 +111,15 @@ enum survey_entry_kind {
     SURVEY_ENTRY_NOTE,
     SURVEY_ENTRY_QUIT,
     SURVEY_ENTRY_HELP,
-    SURVEY_ENTRY_EMPTY, /* the line was empty */
+    SURVEY_ENTRY_EMPTY, /* an empty line */
     SURVEY_ENTRY_INVALID,
 };
 
 struct survey_entry {
     enum survey_entry_kind kind;
-    double value_in;  /* SURVEY_ENTRY_NUMBER */
-    const char *note; /* SURVEY_ENTRY_NOTE: points into the parsed line */
-    /* SURVEY_ENTRY_INVALID: why a number is invalid; empty: not a number */
+    double value_in;  /* for SURVEY_ENTRY_NUMBER */
+    const char *note; /* for SURVEY_ENTRY_NOTE: the text, inside the parsed line */
+    /* for SURVEY_ENTRY_INVALID: why a number is invalid; empty: the text is not a number */
     struct quantity_error error;
 };
 
@@ -129,8 +131,9 @@ struct survey_progress {
     double value_in[SURVEY_ITEMS_MAX]; /* reading of each item; NaN: not read */
     bool is_skipped[SURVEY_ITEMS_MAX];
     double previous_in[SURVEY_ITEMS_MAX]; /* readings of the previous survey; NaN: none */
-    size_t current_item;              /* current item; plan.count: all items are read or skipped */
-    size_t history[SURVEY_ITEMS_MAX]; /* items in the order of reading, for undo */
+    /* current item; plan.count if all items are read or skipped */
+    size_t current_item;
+    size_t history[SURVEY_ITEMS_MAX]; /* items in the order in which they were read, for undo */
     size_t history_count;
     /* the last value was doubtful; entering the same value again confirms it */
     bool has_doubtful_value;
@@ -145,31 +148,33 @@ enum survey_entry_outcome {
     SURVEY_OUTCOME_UNDONE,       /* the value of `item` was removed */
     SURVEY_OUTCOME_ITEM_CHANGED, /* the current item changed */
     SURVEY_OUTCOME_NOTED,        /* the note belongs to `item` */
-    SURVEY_OUTCOME_REFUSED, /* nothing to undo, back from the first item, or an invalid entry */
+    /* the entry could not be applied: nothing to undo, no item before the first, or invalid */
+    SURVEY_OUTCOME_REFUSED,
 };
 
 /* Starts a survey without readings; previous_in is NaN. */
 void survey_progress_init(struct survey_progress *progress, enum survey_edges edges);
-/* Moves to the first item from `from` on that is neither read nor skipped; then from the
- * beginning. */
+/* Moves to the next item, from `from` on, that is neither read nor skipped; after the last item,
+ * continues at the first. */
 void survey_progress_move_to_next(struct survey_progress *progress, size_t from);
-/* Applies an entry except quit, help and an empty line. `item`: the item that the entry changed. */
+/* Applies an entry other than quit, help and an empty line. Sets `item` to the item that the entry
+ * changed. */
 enum survey_entry_outcome survey_progress_apply(struct survey_progress *progress,
                                                 const struct survey_entry *entry, size_t *item);
-/* Returns the value with which a reading is compared: that of the previous survey, otherwise the
+/* Returns the value with which a reading is compared: that of the previous survey, or else the
  * design value; NaN: none. */
 double survey_progress_expected_in(const struct survey_progress *progress, size_t item);
 size_t survey_progress_count_read(
-    const struct survey_progress *progress); /* number of items with a value */
+    const struct survey_progress *progress); /* returns the number of items with a value */
 
-/* A survey as a sheet: CSV in walking order, to be printed and written on, or filled in elsewhere
- * and read in.
+/* A survey as a sheet: a CSV file in the order of reading, which is printed and filled in by hand,
+ * or filled in with another program and then read.
  *
  *     kind,line,place,reading_in,previous_in,where,note
  *     gap,1,0,33.512,33.508,"line 1 (...), mats 1 to 10, station 0.0 ft",
  *
  * Columns are recognised by their names: kind, line, place and reading_in or reading_mm are
- * required, note is optional, others are ignored. A row without a reading is skipped. */
+ * required, note is optional, other columns are ignored. A row without a reading is skipped. */
 #define SURVEY_NOTE_SIZE 200u
 
 struct survey_sheet {
@@ -189,13 +194,14 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
  *
  * Change of a span: this reading minus that of the other survey; positive: ten joints have opened.
  * Movement u of the gage points along a line: the change of each span is u(k+1) - u(k), and a
- * station's mark gives u at that station (between two points: interpolated linearly). Both are
- * weighted by their errors (least squares); a span that was not read counts as a change of 0 +- the
- * limit for ten joints. A line without stations moves with line 1 at its upfield end, where the
- * runway is held. In-plane bow of a row of mats: distance of lines 2 and 3 from the straight line
- * between the edges (downfield positive), relative to the first survey, when the rows were laid
- * straight. The prototype's end connectors break beyond 11 in (report 4.1), which is a seventh of
- * that here. Errors of different lines are assumed independent.
+ * station's mark gives u at that station (between two points: interpolated linearly). The movements
+ * are fitted to spans and stations by weighted least squares; a span that was not read counts as a
+ * change of 0 +- the limit for ten joints. The upfield end of a line without stations is assumed to
+ * move as that of line 1, because the runway is held there. In-plane bow of a row of mats: distance
+ * of lines 2 and 3 from the straight line between the edges (downfield positive), relative to the
+ * first survey, when the rows were laid straight. The end connectors of the prototype break beyond
+ * a bow of 11 in (report 4.1), which is 11/7 in on the model. Errors of different lines are assumed
+ * independent.
  *
  * Slack of a span: reading minus the distance with all joints closed, not below 0; slack of a
  * segment: mean over the lines that were read. Units are inches; NaN: not known. Pure functions. */
@@ -220,7 +226,7 @@ struct survey_estimate {
 
 /* Changes from one survey to another. */
 struct survey_change {
-    struct survey_readings change; /* error_in: standard error of a change of a span */
+    struct survey_readings change; /* changes; error_in: standard error of the change of a span */
     double station_error_in; /* standard error of a change of a station or of a distance across */
     struct survey_estimate movement[SURVEY_LINES][SURVEY_POINTS];
     struct survey_estimate bow[SURVEY_POINTS];
@@ -229,7 +235,8 @@ struct survey_change {
 
 struct survey_slack {
     struct survey_estimate segment[SURVEY_SPANS];
-    unsigned line_count[SURVEY_SPANS]; /* number of lines averaged for each segment */
+    /* number of lines of which each segment's value is the mean */
+    unsigned line_count[SURVEY_SPANS];
     size_t surveyed_segments;
 };
 
@@ -239,11 +246,12 @@ void survey_compute_change(const struct survey_readings *now, const struct surve
 void survey_compute_slack(const struct survey_readings *now, double closed_in,
                           struct survey_slack *slack);
 
-/* A survey of a campaign: its row, its readings by index, and the values of the previous survey. */
+/* A survey of a campaign: its row, its readings by index in the plan, and the values of the
+ * previous survey. */
 struct survey {
     struct store_gage_survey row;
     struct survey_progress progress; /* values, skipped items, and values of the previous survey */
-    size_t confirmed_readings;       /* number of readings that were confirmed after a doubt */
+    size_t confirmed_readings;       /* number of doubtful readings that were confirmed */
     struct survey_readings readings;
 };
 
@@ -260,7 +268,7 @@ struct survey_results {
 /* Loads survey `id`; 0: the newest. MR_UNKNOWN: there is no such survey. */
 enum mr_status survey_load(struct store *store, int64_t id, struct survey *survey,
                            struct error *error);
-/* Loads the newest survey in progress; *found false: none. */
+/* Loads the newest unfinished survey; *found is false if there is none. */
 enum mr_status survey_load_open(struct store *store, struct survey *survey, bool *found,
                                 struct error *error);
 enum mr_status survey_evaluate(struct store *store, const struct survey *survey,
@@ -274,8 +282,8 @@ enum mr_status survey_evaluate_between(struct store *store, int64_t from_us, int
 /* Returns the verdict on the bow: "within", "perhaps beyond" (the limit lies in the bow's 95 %
  * interval), "beyond", "not known". */
 const char *survey_bow_verdict(const struct survey_results *found);
-/* Writes a time: "2026-11-22 01:48 UTC"; "no date" for times before SURVEY_EARLIEST_DATE_US,
- * which are the board's times in a recording without times of day. */
+/* Writes a time: "2026-11-22 01:48 UTC"; "no date" for times before SURVEY_EARLIEST_DATE_US, which
+ * are board times of a recording without times of day. */
 #define SURVEY_EARLIEST_DATE_US INT64_C(946684800000000) /* 2000-01-01 */
 void survey_format_time(int64_t host_us, char *out, size_t size);
 

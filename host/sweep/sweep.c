@@ -89,7 +89,7 @@ bool jsonpath_set(json_t *object, const char *path, json_t *value)
             return false;
         if (!set_child(at, part, inner))
             return false;
-        at = inner; /* the parent object owns the new one now */
+        at = inner; /* the parent object now owns the new one */
     }
     return false;
 }
@@ -203,7 +203,7 @@ static void design_range_free(struct design_range *range)
     range->levels = NULL;
 }
 
-/* Returns the number of levels: the length of the list, or `count`. */
+/* Returns the number of levels: the length of the list, or else `count`. */
 static size_t count_design_levels(const struct design_range *range)
 {
     return range->levels ? json_array_size(range->levels) : range->count;
@@ -239,9 +239,9 @@ static json_t *get_design_value(const struct design_range *range, double u)
     return json_incref(json_array_get(range->levels, i < count ? i : count - 1));
 }
 
-/* Fills u with a Latin hypercube: n values of u in [0, 1), one from each of n equal strata, in
- * random order. They depend only on seed and name, so an additional key or another order of the
- * keys does not change them. */
+/* Fills u with a Latin hypercube: n values in [0, 1), one from each of n equal intervals, in random
+ * order. They depend only on seed and name, so another key, or another order of the keys, does not
+ * change them. */
 static void fill_design_latin(double *u, size_t n, uint64_t seed, const char *name)
 {
     uint64_t state = fnv1a(fnv1a(FNV_BASIS, &seed, sizeof seed), name, strlen(name));
@@ -272,8 +272,8 @@ void design_fill_radial(double *u, size_t n, size_t keys, size_t key, uint64_t s
 
 /* ---- base and keys ---- */
 
-/* Inserts the scene and the elastic ground that a study names, and its optional parts, so that the
- * keys in them can be varied. */
+/* Inserts the scene and the elastic ground that a study names, and its optional parts, so that
+ * their keys can be varied too. */
 static enum mr_status complete_study(struct sweep *sweep, const char *file, struct error *error)
 {
     static const char *const parts[] = {"runway", "aircraft", "engine"};
@@ -600,8 +600,8 @@ static enum mr_status check_key_names(const struct sweep *sweep, const char *pat
 
 /* ---- input of a case ---- */
 
-/* Returns the value of an axis in a case. Samples vary fastest, then the last key of the Cartesian
- * part. */
+/* Returns the value of an axis in a case. From case to case, the sample changes fastest, then the
+ * last key of the Cartesian part. */
 static json_t *get_axis_value(const struct sweep *sweep, size_t axis, size_t index)
 {
     const struct sweep_axis *a = &sweep->axis[axis];

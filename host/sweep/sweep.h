@@ -12,18 +12,18 @@
 
 #include "host/base/error.h"
 
-/* Values in JSON by a path of keys and indices: "max_lift_ft", "outputs.-1.u_ft.4". In a list a
- * whole number is an index from 0; a negative number counts from the end. Keys that contain a dot
- * cannot be named. */
+/* Access to values in JSON by a path of keys and indices, such as "max_lift_ft" or
+ * "outputs.-1.u_ft.4". In a list a whole number is an index from 0; a negative number counts from
+ * the end. A key that contains a dot cannot be used in a path. */
 
 #define JSONPATH_MAX 100
 
-/* Returns a borrowed reference; NULL if there is no value. */
+/* Returns the value at the path as a borrowed reference; NULL if there is none. */
 json_t *jsonpath_get(const json_t *root, const char *path);
 
-/* Sets a copy of `value` at the path. Only the parts along the path are copied; other shared parts
- * of the object stay shared. If the last key does not exist yet, it is added to its object. Returns
- * false if the path does not exist. */
+/* Sets a copy of `value` at the path. Copies only the objects along the path; other parts remain
+ * shared. If the last key does not exist yet, it is added to its object. Returns false if the path
+ * does not exist. */
 bool jsonpath_set(json_t *object, const char *path, json_t *value);
 
 /* Designs of a sweep: the levels of a Cartesian product and the samples of a Latin hypercube.
@@ -39,15 +39,15 @@ uint64_t fnv1a(uint64_t hash, const void *bytes, size_t size);
 struct design_range {
     double from, to;
     bool is_logarithmic; /* equal steps of the logarithm; from and to are above 0 */
-    bool is_integer;     /* the range has whole numbers, both ends included */
+    bool is_integer;     /* the numbers of the range are whole numbers, including both ends */
     size_t count;        /* number of steps in a range; 0: not given */
     json_t *levels;      /* list of values, which the range owns; NULL: a range */
 };
 
 /* Reads [..] or {"from":, "to":, ["count":,] ["scale": "linear"|"log"|"whole"]}. `unit`: unit of
  * the ends, which may be texts with another unit; "": only numbers are allowed. `where` begins the
- * error message: "sweep.json: vary KL". The object may have other keys, which are left to the
- * caller. */
+ * error message: "sweep.json: vary KL". The object may have other keys, which this function
+ * ignores. */
 enum mr_status design_range_read(struct design_range *range, const json_t *value, const char *unit,
                                  const char *where, struct error *error);
 
@@ -56,9 +56,9 @@ json_t *design_level(const struct design_range *range, size_t i);
 /* Returns the number at the fraction u of a range (not of a list). */
 double design_number(const struct design_range *range, double u);
 
-/* Fills u with a column of a design for sensitivity indices (Saltelli 2010): two Latin hypercubes A
- * and B of n points, and for each of `keys` keys a copy of A with that key's column from B. u has n
- * (keys + 2) values, block by block, for the key with index `key`. */
+/* Fills u with one column of a design for sensitivity indices (Saltelli 2010): two Latin hypercubes
+ * A and B of n points, and for each of `keys` keys a copy of A with that key's column taken from B.
+ * u has n (keys + 2) values, one block after the other, for the key with index `key`. */
 void design_fill_radial(double *u, size_t n, size_t keys, size_t key, uint64_t seed,
                         const char *name);
 
@@ -69,29 +69,35 @@ void design_fill_radial(double *u, size_t n, size_t keys, size_t key, uint64_t s
 struct sweep_axis {
     char name[SWEEP_NAME_MAX];
     struct design_range range;
-    /* object whose keys are the base's keys that are set, and whose values are factors; NULL: the
-     * value is set in the key `name`. Borrowed from the sweep's root */
+    /* the base's keys that are set and their factors, as an object; NULL: the key `name` is set.
+     * Borrowed from the sweep's root */
     json_t *factors;
-    double *sample_fractions; /* samples of this axis, u[sample]; NULL in the Cartesian part */
+    /* values of the samples for this axis, as fractions of the range; NULL in the Cartesian part */
+    double *sample_fractions;
 };
 
-/* A search for the smallest value of a key for which a field is beyond a level. */
+/* A search for the smallest value of a key at which a field passes a level. */
 struct sweep_search {
     bool is_present;
-    /* the key and its range, which is searched from the low end; it has no levels */
+    /* the key and its range, which is searched from the low end and has no levels */
     struct sweep_axis key;
-    const char *field;   /* path of the field in the result */
-    bool is_below_level; /* "beyond" means below the level; false: above the level */
+    const char *field; /* path of the field in the result */
+    /* the field passes its level when it falls below it; false: when it rises above it */
+    bool is_below_level;
     double level;
-    /* Number of equal parts of the range, which are evaluated in ascending order until the field is
-     * beyond. */
+    /* Number of equal parts of the range, which are tried in ascending order until the field has
+     * passed the level. */
     unsigned part_count;
-    double tolerance; /* width of the bracket, relative to the magnitude of its upper end */
-    const json_t *beyond_when; /* statuses that count as beyond, such as "folded"; NULL: none */
+    /* width at which the bisection ends, relative to the magnitude of the upper end */
+    double tolerance;
+    /* statuses of a run, such as "folded", that count as passing the level; NULL: none */
+    const json_t *beyond_when;
 };
 
 struct sweep {
-    json_t *root;  /* the file including its base, so that it can be read again */
+    /* content of the file with its base inserted, so that it can be read again without other
+     * files */
+    json_t *root;
     json_t *base;  /* base of the sweep, borrowed from root */
     bool is_study; /* the base is a study; false: a scene */
     struct sweep_axis axis[SWEEP_AXES_MAX];

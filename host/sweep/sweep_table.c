@@ -41,7 +41,7 @@ static json_t *simulate_scene(const json_t *input)
     bool tried = error.status == MR_OK || result.status != SIM_OK;
     json_t *object = tried ? answer_into_json(sim_to_answer(&scene, &result, false))
                            : make_refused_json(&error);
-    /* the peak is over all mats and times, whereas `matrig sim` shows only the requested outputs */
+    /* use the peak over all mats and times; `matrig sim` shows only the requested outputs */
     if (tried)
         json_object_set_new(object, "peak_u_ft", json_real(result.peak_u_ft));
     if (tried && error.status != MR_OK)
@@ -148,8 +148,10 @@ struct search {
     sweep_simulator *simulate;
     int run_count;
     json_t *failed_outcome; /* outcome of the failed run that ended the search */
-    json_t *first_beyond;   /* result of the lowest value so far that is beyond the level */
-    /* field at the lowest value that is beyond the level, and at the highest value that is not */
+    /* result at the lowest value so far at which the field has passed the level */
+    json_t *first_beyond;
+    /* field at the lowest value at which it has passed the level, and at the highest value at which
+     * it has not */
     json_t *first_beyond_field, *last_not_beyond_field;
 };
 
@@ -169,7 +171,7 @@ static void replace_json(json_t **where, json_t *value)
     json_decref(before);
 }
 
-/* Returns true if the field is beyond its level at a value of the key. If the run fails, sets
+/* Returns true if the field has passed its level at a value of the key. If the run fails, sets
  * s->failed and returns false. */
 static bool is_field_beyond(struct search *s, double value)
 {
@@ -204,14 +206,14 @@ static bool is_field_beyond(struct search *s, double value)
     return is;
 }
 
-/* Returns the midpoint of two values on the scale of the range. */
+/* Returns the middle between two values, on the linear or logarithmic scale of the range. */
 static double range_midpoint(const struct design_range *range, double low, double high)
 {
     return range->is_logarithmic ? sqrt(low * high) : low + (high - low) / 2.0;
 }
 
-/* Steps upwards through the range until the field is beyond its level, then bisects. Returns false
- * if the field is never beyond, or if a run failed. */
+/* Goes upwards through the range until the field has passed its level, then bisects. Returns false
+ * if it never does, or if a run failed. */
 static bool search_range(struct search *s, double *low, double *high)
 {
     const struct sweep_search *find = &s->sweep->search;
@@ -375,7 +377,7 @@ void sweep_table_free(struct sweep_table *table)
 
 /* ---- sensitivity indices ---- */
 
-/* Draws an index with xorshift64 (Marsaglia 2003), so that every run has the same draws. */
+/* Draws an index with xorshift64 (Marsaglia 2003), which gives the same numbers in every run. */
 static size_t draw_index(uint64_t *state, size_t count)
 {
     *state ^= *state << 13;
@@ -384,7 +386,7 @@ static size_t draw_index(uint64_t *state, size_t count)
     return (size_t)((double)(*state >> 11) * 0x1p-53 * (double)count);
 }
 
-/* Indices of one key: of first order, and total. */
+/* Sensitivity indices of one key: first-order and total. */
 struct index_pair {
     double first, total;
 };
@@ -441,7 +443,7 @@ static void estimate_indices(const double *values, size_t points, size_t key, co
     set_interval(&result->total, drawn + BOOTSTRAP_DRAWS, good);
 }
 
-/* Lists the points that have all values. Returns their number. */
+/* Lists the points for which all values exist. Returns their number. */
 static size_t select_complete(const double *values, size_t points, size_t keys, size_t *row)
 {
     size_t count = 0;
@@ -470,8 +472,8 @@ bool sweep_compute_indices(const double *values, size_t points, size_t keys,
     return good;
 }
 
-/* Returns the threshold, which is the upper end of the bracket. JSON null or NULL: there is
- * none. */
+/* Returns the threshold found by a search, the upper end of the bracket. JSON null or NULL: there
+ * is none. */
 static const json_t *get_threshold(const json_t *line)
 {
     return json_object_get(json_object_get(line, "find"), "high");

@@ -25,7 +25,7 @@ json_t *sweep_run_case(const struct sweep *sweep, size_t index, sweep_simulator 
 
 struct sweep_table {
     const struct sweep *sweep;
-    json_t **line; /* one line per case, which the table owns; NULL: missing */
+    json_t **line; /* one line per case; owned by the table. NULL: the case is missing */
     size_t line_count, failed_count, missing_count, repeated_count;
 };
 
@@ -44,13 +44,13 @@ struct answer *sweep_table_to_answer(const struct sweep_table *table, bool rows)
 /* Writes the cases as CSV: number, values, status, threshold, results. */
 void sweep_table_write_csv(const struct sweep_table *table, FILE *out);
 
-/* Sensitivity indices: the share of the variance of a quantity that is due to a key.
- *
- * First order: the decrease of the variance if only that key were known, S = 1 - E[(f_B - f_ABk)^2]
- * / 2V. Total: the remaining variance if all other keys were known, T = E[(f_A - f_ABk)^2] / 2V
- * (Jansen 1999, Saltelli 2010). A and B are two samples of points, ABk is A with key k from B, V is
- * the variance over A and B. T - S is the effect of the key in combination with other keys.
- * Intervals: 95 % by bootstrap over points. An estimate may be slightly below 0 or above 1. */
+/* Sensitivity indices: the fraction of the variance of a result that is due to a key. First order:
+ * the decrease of the variance if this key were known, S = 1 - E[(f_B - f_ABk)^2] / 2V. Total: the
+ * remaining variance if all other keys were known, T = E[(f_A - f_ABk)^2] / 2V (Jansen 1999,
+ * Saltelli 2010). f is the result; A and B are two samples of points, ABk is A with key k taken
+ * from B, V is the variance over A and B. T - S is the effect of the key in combination with other
+ * keys. Intervals: 95 % by bootstrap over points. An estimate may be slightly below 0 or above
+ * 1. */
 struct sweep_index {
     double value, low, high;
 };
@@ -59,9 +59,10 @@ struct sweep_key_indices {
     struct sweep_index first, total;
 };
 
-/* `values` is in blocks, as in design_fill_radial: A, B, AB1 ..; NaN: no value. A point with a
- * missing value is not used. Writes `keys` results to `influence`, and the number of used points to
- * *used. Returns false if there are fewer than 8 points, or no variance. */
+/* `values` has one block of values per sample, in the order of design_fill_radial (A, B, AB1, ...);
+ * NaN: no value. A point with a missing value is not used. Writes `keys` results to `influence`,
+ * and the number of used points to *used. Returns false if there are fewer than 8 points, or no
+ * variance. */
 bool sweep_compute_indices(const double *values, size_t points, size_t keys,
                            struct sweep_key_indices *influence, size_t *used);
 

@@ -42,7 +42,7 @@ static void compute_parameters(const struct ensemble_region *region, const doubl
     }
 }
 
-/* Number of a draw, different for every seed, round and index in the ensemble. */
+/* Returns the number of a draw, which differs for every seed, round and index in the ensemble. */
 static uint64_t draw_seed(const struct sampling *work, size_t i)
 {
     uint64_t x = work->options->seed * 0x9E3779B97F4A7C15u + ((uint64_t)work->round << 40) + i + 1;
@@ -89,8 +89,8 @@ static gsl_matrix *new_matrix(size_t rows, size_t columns)
     return matrix;
 }
 
-/* Draws Sobol points, which are evenly distributed. They are shifted by a random vector per round,
- * modulo 1, so that rounds differ. */
+/* Draws Sobol points, which are evenly distributed. In each round they are shifted by a random
+ * vector, modulo 1, so that rounds differ. */
 static void draw_sobol_points(const struct sampling *work)
 {
     struct ensemble *ensemble = work->ensemble;
@@ -219,7 +219,8 @@ void surface_evaluate(const struct surface *surface, const double *w, double *st
     }
 }
 
-/* Ratio of two variances: that of the prediction of surface_evaluate, and that of a data set. */
+/* Returns the ratio of the variance of the surface's prediction at w to the variance of a data
+ * set. */
 static double surface_leverage(const struct surface *surface, const double *w)
 {
     double term[SURFACE_TERMS_MAX], sum = 0.0;
@@ -493,7 +494,8 @@ double solve_least_squares(const struct solve *solve, double *w)
         status = gsl_multifit_nlinear_driver(SOLVER_STEPS_MAX, SOLVER_TOLERANCE, SOLVER_TOLERANCE,
                                              SOLVER_TOLERANCE, NULL, NULL, &info, work);
     double squares = 0.0;
-    /* GSL_ENOPROG means that the step is below machine precision, so the minimum is reached. */
+    /* GSL_ENOPROG means that the step is below machine precision, which also happens at the
+     * minimum. */
     if (status == GSL_SUCCESS || status == GSL_ENOPROG) {
         const gsl_vector *least = gsl_multifit_nlinear_position(work),
                          *f = gsl_multifit_nlinear_residual(work);
@@ -556,11 +558,11 @@ static void solve_covariance(size_t parameters, parameter_matrix information,
 /* ---- fit ---- */
 
 #define DEFAULT_DRAWS      300u
-#define DEFAULT_REPLICAS   99u /* together with the measured data set there are 100 */
-/* Standard deviation of the next design, in standard errors of the estimate */
+#define DEFAULT_REPLICAS   99u /* with the measured data set, 100 data sets */
+/* Standard deviation of the next ensemble's parameters, in standard errors of the estimate. */
 #define ENSEMBLE_WIDTH     1.3
-/* The search ends when the estimate is within this distance from the middle of its design, in units
- * of w. */
+/* The search ends when the estimate is within this distance of the middle of its ensemble. Unit:
+ * standard deviation of the ensemble's parameters (w in fit.h). */
 #define CONVERGED_STEP_MAX 1.2
 #define BOOTSTRAP_REFITS   640u /* approximate number of bootstrap refits */
 #define W_MAX              (1.2 * ENSEMBLE_HALF_WIDTH)
@@ -571,14 +573,14 @@ struct fitting {
     struct fit_options options;
     struct ensemble_region region; /* the region of the next ensemble */
     gsl_matrix *score_weights;     /* statistics x parameters: weights of the scores */
-    /* Cholesky factor of the correlation of the statistics; `statistic_scales` has their standard
-     * deviations */
+    /* Cholesky factor of the correlation matrix of the statistics, whose standard deviations are in
+     * `statistic_scales` */
     gsl_matrix *correlation_factor;
     double *statistic_scales;
     struct fit_result *result;
 };
 
-/* Sets `metric` and `scale`. A statistic that never changes gets an infinite scale and therefore no
+/* Sets `metric` and `scale`. A statistic that never varies gets an infinite scale and therefore no
  * weight. */
 static enum mr_status set_correlation_factor(struct fitting *fitting, struct surface *surface,
                                              struct error *error)
@@ -710,9 +712,9 @@ static enum mr_status choose_scores(struct fitting *fitting, const struct ensemb
     return error->status;
 }
 
-/* Does one round of the search: estimate, new scores, new region. Scores that are chosen with an
- * ensemble and used with the same ensemble seem better than they are. Therefore every round except
- * the first uses the scores of the previous round. */
+/* Does one round of the search: estimate, new scores, new region. Scores seem better than they are
+ * when they are used with the ensemble from which they were chosen. Therefore every round except
+ * the first uses the scores that the previous round chose. */
 static enum mr_status run_round(struct fitting *fitting, double *moved, struct error *error)
 {
     struct ensemble ensemble;
@@ -735,9 +737,9 @@ static enum mr_status run_round(struct fitting *fitting, double *moved, struct e
     return error->status;
 }
 
-/* Estimates the bias by bootstrap: repeats the fit with each departure of the ensemble instead of
- * the measured departure, and with randomly drawn priors. Writes rows of parameters, refitted minus
- * true. Returns the number of rows. */
+/* Estimates the bias by bootstrap: repeats the fit with each departure (residual about the surface)
+ * of the ensemble in place of the measured one, and with randomly drawn priors. Writes one row of
+ * parameters per refit, refitted minus true value. Returns the number of rows. */
 static size_t bootstrap_refits(const struct fitting *fitting, const struct solve *solve,
                                const double *w, double *error_z)
 {
@@ -797,7 +799,7 @@ static enum mr_status set_intervals(const struct fitting *fitting, const struct 
     return error->status;
 }
 
-/* Sets the expected value of each statistic at the estimate, and its scatter. */
+/* Sets the expected value and the scatter of each statistic at the estimate. */
 static void set_expected(const struct surface *surface, const double *w, struct fit_result *answer)
 {
     surface_evaluate(surface, w, answer->expected, NULL);
@@ -826,10 +828,11 @@ static bool fit_one_data_set(const struct fitting *fitting, const struct solve *
 
 /* Makes replicas: data sets that are simulated with the fitted model. Their parameters are drawn
  * from the posterior (normal in z, with the estimate and its covariance); everything else is drawn
- * as in any ensemble. Each replica is then fitted like the measured data set, so that the fit
- * reduces the residuals of both equally. If the model is right, the measured data set is equivalent
- * to a replica, and its rank among the replicas is uniform. If simulations fail at values that the
- * posterior includes, there are no replicas; this is not an error. */
+ * as in any ensemble. Each replica is then fitted in the same way as the measured data set, so that
+ * the fit reduces the residuals of both equally. If the model is right, the measured data set
+ * behaves like another replica, and its rank among the replicas is uniformly distributed. If
+ * simulations fail at values that the posterior includes, there are no replicas; this is not an
+ * error. */
 static void make_replicas(const struct fitting *fitting, const struct solve *solve,
                           const struct surface *all)
 {

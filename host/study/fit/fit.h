@@ -31,8 +31,8 @@
 
 /* The model that is fitted. simulate() computes the statistics of 1 to FIT_BATCH_MAX data sets, one
  * row for each row of z, and marks the valid rows. All random values of a data set depend only on
- * its `draw`, so equal calls give equal results. simulate() is called from several threads; which
- * data sets share a call does not depend on the number of threads. */
+ * its `draw`, so equal calls give equal results. simulate() is called from several threads. The
+ * division of the data sets among calls does not depend on the number of threads. */
 struct fit_model {
     size_t parameter_count, statistic_count;
     void (*simulate)(const void *context, size_t count, const double *z, const uint64_t *draw,
@@ -65,8 +65,8 @@ struct fit_result {
     bool not_converged; /* the estimate did not converge within the maximum number of rounds */
     double *expected;   /* expected value of each statistic at the estimate */
     double *scatter;    /* standard deviation of each statistic */
-    /* 1 + replicas rows of statistics: residuals, in standard deviations, of the measured data set
-     * and of the replicas. `replica_count` is 0 if their simulations failed. */
+    /* 1 + replica_count rows of residuals of the statistics, in standard deviations: first of the
+     * measured data set, then of the replicas. `replica_count` is 0 if their simulations failed. */
     size_t replica_count;
     double *residual;
 };
@@ -87,14 +87,15 @@ struct ensemble_region {
     size_t parameter_count;
     bool is_normal;
     double middle[FIT_PARAMETERS_MAX];
-    double spread[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX]; /* lower triangle */
+    double spread[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX]; /* lower triangular matrix */
 };
 
 struct ensemble {
     size_t draw_count, parameter_count, statistic_count;
-    double *w;                /* `draw_count` rows of parameters */
-    double *statistic;        /* `draw_count` rows of statistics */
-    uint64_t *draw_numbers;   /* number of each draw; the same number gives the same joints */
+    double *w;         /* `draw_count` rows of parameters */
+    double *statistic; /* `draw_count` rows of statistics */
+    /* number of each draw; draws with the same number have the same joints */
+    uint64_t *draw_numbers;
     size_t failed_draw_count; /* number of draws that failed and have no rows */
 };
 
@@ -117,7 +118,7 @@ struct surface {
     size_t parameter_count, statistic_count, term_count, draw_count;
     /* terms x statistics: coefficients of 1, of w and of the products w_i w_k, i <= k */
     gsl_matrix *coefficients;
-    /* draws x statistics: residuals, each divided by sqrt(1 - its leverage), mean 0. */
+    /* draws x statistics: residuals with mean 0, each divided by sqrt(1 - its leverage). */
     gsl_matrix *scaled_residuals;
     /* statistics x statistics: covariance of a data set at given parameters */
     gsl_matrix *covariance;
@@ -131,27 +132,27 @@ enum mr_status surface_make(const struct ensemble *ensemble, struct surface *sur
 void surface_free(struct surface *surface);
 
 /* Computes the expected statistics at w, and their derivatives: one row of parameters per
- * statistic. NULL: no derivatives. */
+ * statistic. `slope` NULL: derivatives are not wanted. */
 void surface_evaluate(const struct surface *surface, const double *w, double *statistic,
                       double *slope);
 
 /* Shrinks a covariance that is estimated from n data sets towards its diagonal. The weight of the
- * diagonal depends on how far the correlations are mere scatter (Ledoit and Wolf, J. Multivariate
- * Analysis 88, 2004, on standardised data; Schaefer and Strimmer, 2005, for this target). Returns
- * this weight. */
+ * diagonal depends on how much of the correlations is random scatter (Ledoit and Wolf, J.
+ * Multivariate Analysis 88, 2004, on standardised data; Schaefer and Strimmer, 2005, for this
+ * target). Returns this weight. */
 double surface_shrink(const gsl_matrix *departure, gsl_matrix *covariance);
 
-/* Copies an ensemble and replaces the statistics of each data set by linear combinations. Each
- * column of `weight` has the coefficients of one combination. */
+/* Copies an ensemble, with the statistics of each data set replaced by linear combinations of them.
+ * Each column of `weight` has the coefficients of one combination. */
 void surface_combine(const struct ensemble *ensemble, const gsl_matrix *weight,
                      struct ensemble *combined);
 
-/* The solution: parameters at which the scores of a surface and the priors are closest to the
- * measured values. Found by nonlinear least squares with GSL's multifit_nlinear
+/* Solution of the fit: the parameters at which the scores of a surface and the priors are closest
+ * to the measured values. It is found by nonlinear least squares with GSL's multifit_nlinear
  * (Levenberg-Marquardt, analytic derivatives). */
 
-/* Distance from w = 0 beyond which the surface is continued linearly. The polynomial is not valid
- * where nothing was simulated. */
+/* Distance from w = 0 beyond which the surface is continued linearly. The polynomials are not valid
+ * outside the simulated range. */
 #define SOLVE_LINEAR_FROM (1.3 * ENSEMBLE_HALF_WIDTH)
 
 /* The minimised function of w is |root (surface(w) - score)|^2 + |z(w) - prior|^2. */

@@ -22,7 +22,7 @@
 /* ---- chains in parallel ---- */
 
 #define SETTLING_S  1e-3
-#define STEP_MARGIN 0.98 /* step / longest stable step; below 1: the chain checks in float */
+#define STEP_MARGIN 0.98 /* step / longest stable step; below 1 for single precision */
 
 bool parallel_can_run(const struct sim_scene *scene)
 {
@@ -146,14 +146,14 @@ static unsigned advance_chains(struct simulation *p, size_t samples, unsigned ea
             }
             away |= chains_settle(p->chains);
             over = sim_wheel_is_past_path(&p->wheel, SETTLING_S * (double)(block + 1)) &&
-                   chains_mats_awake(p->chains) == 0; /* no mat moves any more */
+                   chains_mats_awake(p->chains) == 0; /* all mats are at rest */
         }
         record_sample(p, row);
     }
     return away;
 }
 
-/* Simulates all lanes. `sample_dt_s`: whole milliseconds. False: a parameter is invalid. */
+/* Simulates all lanes. `sample_dt_s`: whole milliseconds. False: invalid parameter. */
 static bool parallel_run(const struct sim_scene *scene, const double *station_ft, size_t stations,
                          double sample_dt_s, struct parallel_lane lane[CHAINS_LANES])
 {
@@ -181,10 +181,10 @@ static bool parallel_run(const struct sim_scene *scene, const double *station_ft
 #define IN_PER_FT       12.0
 #define SAMPLE_DT_S     0.002
 #define GAP_BISECTIONS  40
-#define PAIRS_PER_JOINT 6 /* draws; 0.5 % of the influence of the initial values then remains */
+#define PAIRS_PER_JOINT 6 /* pair draws per joint; initial values then have 0.5 % influence */
 
-/* Upper limit m, from the mean gap. Gaps are uniform from 0 to 2 m, limited to the slack s; if 2 m
- * > s, their mean is s - s^2/(4 m). INFINITY: all joints are hooked, open by their whole slack. */
+/* Upper limit m of the gaps, given their mean. Gaps are uniform from 0 to 2 m, limited to the slack
+ * s; if 2 m > s, their mean is s - s^2/(4 m). INFINITY: all joints are open by their slack. */
 static double gap_half_range_ft(double mean_ft, double slack_ft)
 {
     if (!(slack_ft > 0.0) || mean_ft <= 0.5 * slack_ft)
@@ -229,7 +229,7 @@ static void scale_gaps(double *gap_ft, size_t count, double sum_ft, double slack
         gap_ft[i] = fmin(high * fmax(gap_ft[i], 0.0), most_ft);
 }
 
-/* Draws two gaps again and keeps their sum. Each is uniform from 0 to `most_ft`, limited to the
+/* Draws two gaps again, with the same sum. Each is uniform from 0 to `most_ft`, limited to the
  * slack. Either both are below the slack, with all possible values equally likely, or one joint is
  * hooked. The weight of a hooked gap is 1 - slack/most, that of other values 1/most. */
 static void draw_pair(gsl_rng *random, double *one, double *other, double most_ft, double slack_ft)
@@ -237,7 +237,7 @@ static void draw_pair(gsl_rng *random, double *one, double *other, double most_f
     double limit = slack_ft > 0.0 ? fmin(most_ft, slack_ft) : most_ft, sum = *one + *other;
     double low = fmax(0.0, sum - limit), high = fmin(sum, limit);
     if (!(high > low))
-        return; /* both joints are hooked, or both closed */
+        return; /* both joints are hooked or both closed, so there is nothing to draw */
     double hooked = limit < most_ft && sum >= limit ? 2.0 * (most_ft - limit) : 0.0;
     double pick = gsl_rng_uniform(random) * (high - low + hooked);
     *one = pick < high - low ? low + pick : pick < high - low + 0.5 * hooked ? limit : sum - limit;
@@ -245,8 +245,8 @@ static void draw_pair(gsl_rng *random, double *one, double *other, double most_f
 }
 
 /* Draws the gaps of a segment, which are uniform, with a given sum, by a Gibbs sampler over pairs.
- * The sum can be too large for `mean_ft`, because the rest of the runway may have been pushed
- * together. The upper limit of the gaps is then twice the mean of this segment. */
+ * If the sum is too large for `mean_ft`, as it may be after a landing has pushed other mats
+ * together, the upper limit of the gaps is twice the mean of this segment. */
 static void draw_gaps_with_sum(gsl_rng *random, double *gap_ft, size_t count, double mean_ft,
                                double slack_ft)
 {
@@ -262,7 +262,7 @@ static void draw_gaps_with_sum(gsl_rng *random, double *gap_ft, size_t count, do
     }
 }
 
-/* Number of joints inside a segment or at its beginning, from *first, as in host/compare/. */
+/* Returns the number of joints inside a segment or at its start; *first is the first of them. */
 static size_t segment_joints(const struct sim_scene *scene, size_t segment, size_t *first)
 {
     double from = (double)segment * (double)MR_SEGMENT_LENGTH_FT / scene->length_ft - 0.5;
@@ -292,8 +292,8 @@ struct inputs {
     bool is_valid;
 };
 
-/* Factor between true and surveyed sums. The same gauge is used for all surveys, so all surveys
- * have the same factor. 1 without a survey. */
+/* Factor between true and surveyed sums. All surveys have the same factor, because they use the
+ * same gauge. Returns 1 without a survey. */
 static double gage_factor(const struct inputs *drawing)
 {
     const struct fit_landings *list = drawing->list;
@@ -330,7 +330,7 @@ static void draw_gaps(const struct inputs *drawing, const struct fit_landing *la
     }
 }
 
-/* Draws gaps with the mean of the survey, and the sums of a survey (NaN: not surveyed). */
+/* Draws gaps with the mean of the survey, and the surveyed sums (NaN: not surveyed). */
 static void draw_survey(const struct fit_landings *list, const struct fit_landing *landing,
                         gsl_rng *random, double sum_in[MR_SEGMENTS])
 {
@@ -347,7 +347,7 @@ static void draw_survey(const struct fit_landings *list, const struct fit_landin
     }
 }
 
-#define ASINH_SCALE_IN 0.05 /* u0 in the statistic u0 asinh(u/u0) */
+#define ASINH_SCALE_IN 0.05 /* the constant u0 in the statistic u0 asinh(u/u0) */
 
 /* Statistic of a displacement u: u0 asinh(u/u0). */
 static double asinh_in(double u_in)
@@ -399,7 +399,7 @@ static double draw_thrust(const struct inputs *drawing, const struct fit_landing
            (1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->thrust_error));
 }
 
-/* Simulates one data set with host/sim, for scenes that the parallel chains do not support. */
+/* Simulates one data set with host/sim, for scenes that parallel_can_run refuses. */
 static bool run_one(const struct inputs *drawing, const struct fit_landing *landing,
                     const double *station_ft, double thrust, struct outcome *outcome)
 {
@@ -568,7 +568,7 @@ const struct fit_name fit_names[FIT_KEYS] = {
     [FIT_STIFFNESS] = {"KL", "stiffness of a joint", UNIT_STIFFNESS},
 };
 
-/* Distances of a transducer ahead of the wheel, ft; they are the limits of the windows. */
+/* Distances of the wheel behind a transducer, ft, that limit the windows. */
 static const double edges_ft[] = {16.0, 8.0, 4.0, 2.0, 0.0, -4.0};
 #define WINDOW_EDGES (sizeof edges_ft / sizeof edges_ft[0])
 
@@ -724,7 +724,7 @@ static void set_squared_distances(const struct fit_result *answer, size_t rows, 
     }
     gsl_blas_dgemm(CblasTrans, CblasNoTrans, 1.0 / (double)(rows - 1), z, z, 0.0, covariance);
     surface_shrink(z, covariance);
-    for (size_t s = 0; s < p; s++) /* keeps the matrix regular if a statistic never changes */
+    for (size_t s = 0; s < p; s++) /* keeps the matrix regular even if a statistic never varies */
         *gsl_matrix_ptr(covariance, s, s) += 1e-6;
     gsl_linalg_cholesky_decomp1(covariance);
     for (size_t i = 0; i < rows; i++) {
@@ -736,7 +736,7 @@ static void set_squared_distances(const struct fit_result *answer, size_t rows, 
     gsl_matrix_free(covariance);
 }
 
-/* Computes the logarithm of the spread of the sums. False: too few segments were surveyed. */
+/* Computes the logarithm of the spread of the sums. False: too few surveyed. */
 static bool compute_log_spread(const double *sum_in, double *spread)
 {
     double read[MR_SEGMENTS];
@@ -834,10 +834,10 @@ enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int
     return MR_OK;
 }
 
-#define SURVEY_RELATIVE_ERROR 0.03 /* error of all sums: gauge, joints assumed closed */
+#define SURVEY_RELATIVE_ERROR 0.03 /* common to all sums: gauge, joints taken as closed */
 #define UNLIMITED_SAMPLES     1e9
 
-/* Relative error of a movement, as far as averaging over samples does not reduce it. */
+/* Returns the relative error of a movement that averaging over samples does not reduce. */
 static double gain_error(const struct measured *measured, const struct measured_channel *channel,
                          double baseline_in)
 {
@@ -860,7 +860,7 @@ static size_t collect_series(const struct measured *measured,
         double *row = values + count * measured->samples;
         for (size_t i = first; i < measured->samples; i++)
             row[i - first] = measured_value(channel, i);
-        /* all blocks of a CAN message have the same mean, so their noise is not independent */
+        /* blocks of one CAN message have the same mean, so their noise is not independent */
         double noise_in = channel->noise * sqrt((double)channel->stride);
         double baseline_in = noise_in / sqrt(fmax((double)channel->rest_samples, 1.0));
         series[count++] = (struct fit_series){
@@ -895,7 +895,7 @@ static bool is_next(struct store *store, const struct store_landing *landing, in
            strcmp(landing->board_uid, previous.board_uid) == 0;
 }
 
-/* Loads the survey after a landing: that of the next landing only if no landing is missing. */
+/* Loads the survey after a landing, which is the one before the next, if none is missing. */
 static enum mr_status load_survey_after(struct store *store, const struct store_landing *now,
                                         struct fit_landing *landing, struct error *error)
 {
@@ -947,9 +947,9 @@ static enum mr_status load_landing(struct store *store, const struct measured *m
         return status;
     }
     for (size_t i = 0; i < landing->scene.path_count; i++)
-        landing->scene.path[i].force_lb *= COMPARE_RIG_STRIPS; /* now of the whole aircraft */
+        landing->scene.path[i].force_lb *= COMPARE_RIG_STRIPS; /* now of the aircraft */
     double roll_ft = summary->stop_station_ft.value - measured->landing.touchdown_ft;
-    /* an error of the energy v0^2/2 is spread over the stopping distance */
+    /* an error of the energy v0^2/2 is an error of the thrust over the stopping distance */
     landing->thrust_error = roll_ft > 0.0 ? summary->stop_station_ft.error / roll_ft : 0.0;
     landing->is_consecutive = list->count > 0 && is_next(store, &measured->landing,
                                                          list->landing[list->count - 1].run);

@@ -11,13 +11,13 @@
  * - Instruments: noise of each sample, error of the baseline, a gain error per transducer and
  * landing, the error of the thrust.
  *
- * Statistics, in inches: for each transducer the mean movement while the wheel was at certain
- * distances ahead of it or behind it (FIT_EDGES), and over the last 0.2 s; for each segment the sum
- * after the landing, if the segment was surveyed after the landing, and also before it or in a
- * later landing. Of u only u0 asinh(u/u0) is used, because the scatter of movements is proportional
- * to their size. The mean over a window is one number, however many samples it has, and its scatter
- * is taken from the ensemble: neighbouring samples are never treated as independent. A window with
- * less than half of its samples valid is left out. */
+ * Statistics, in inches: for each transducer the mean movement while the wheel was in certain
+ * ranges of distance behind or ahead of it (edges_ft), and over the last 0.2 s; for each segment
+ * the sum of the gaps after the landing, if it was surveyed then, and also before the landing or in
+ * a later one. A movement u is transformed to u0 asinh(u/u0), because the scatter of movements is
+ * proportional to their size. The mean over a window is one number, however many samples it has,
+ * and its scatter is taken from the ensemble: neighbouring samples are never treated as
+ * independent. A window in which fewer than half of the samples are valid is not used. */
 #ifndef MATRIG_HOST_STUDY_FIT_LANDINGS_H
 #define MATRIG_HOST_STUDY_FIT_LANDINGS_H
 
@@ -35,7 +35,7 @@ enum fit_key { FIT_GAP, FIT_GRIT, FIT_FRICTION, FIT_THRUST_SHARE, FIT_STIFFNESS,
 struct fit_parameter {
     bool is_fitted; /* false: the parameter keeps its value */
     double value;
-    double spread; /* standard deviation of the logarithm: 0.1 is 10 % */
+    double spread; /* standard deviation of the logarithm; 0.1 means 10 % */
 };
 extern const struct fit_name {
     const char *key, *description;
@@ -67,7 +67,7 @@ struct fit_window {
 
 struct fit_landing {
     int64_t run;
-    /* owned by the list; the force of the path is that of the whole aircraft: weight a/g */
+    /* owned by the list; the thrust in its path is that of the whole aircraft: weight a/g */
     struct sim_scene scene;
     double thrust_error; /* relative standard error of the thrust in the path */
     bool is_consecutive; /* nothing changed on the runway since the previous landing of the list */
@@ -75,7 +75,8 @@ struct fit_landing {
     double survey_in[MR_SEGMENTS], survey_after_in[MR_SEGMENTS];
     /* standard error of a sum; 0: the error of the list applies */
     double before_error_in, after_error_in;
-    bool has_earlier_landings; /* the board had earlier landings on this runway; only for output */
+    /* the board recorded earlier landings on this runway; only for output */
+    bool has_earlier_landings;
     /* number of segments in survey_in that were read at gage points after the previous
      * landing; only for output */
     size_t gage_segment_count;
@@ -111,24 +112,24 @@ size_t fit_landings_fitted(const struct fit_landings *list, enum fit_key key[FIT
 void fit_landings_values(const struct fit_landings *list, const double *z, double value[FIT_KEYS]);
 /* Returns the fit.h model of this list. The list must not change while the model is used. */
 struct fit_model fit_landings_model(const struct fit_landings *list);
-/* Sets the joints of a scene as one draw has them at the start of the first landing. The scene must
- * have the same number of mats. `share` receives the share of the thrust in that draw. */
+/* Sets the joints of a scene to those of one draw at the start of the first landing. The scene must
+ * have the same number of mats. `share` is set to the thrust factor of that draw. */
 void fit_landings_sample_joints(const struct fit_landings *list, const double *z, uint64_t draw,
                                 struct sim_scene *scene, double *share);
 
 /* Parallel simulation of the landing of a scene on eight runways (sim/models/chains), which differ
- * in joints, friction, stiffness and share of the thrust. It uses single precision and no second
- * pass that checks the error, like the predictor on the board; the resulting error is far smaller
- * than the scatter due to unknown joints. host/sim computes the same landing in double precision
- * with a check and takes ten times as long; tests/host/test_fit.c compares the two. */
+ * in joints, friction, stiffness and share of the thrust. Like the predictor on the board, it uses
+ * single precision and no second pass that checks the error; the error is far smaller than the
+ * scatter due to unknown joints. host/sim computes the same landing in double precision with a
+ * check and takes ten times as long; tests/host/test_fit.c compares the two. */
 
 struct parallel_lane {
-    /* openings of joints 0 to `mats` before the landing, replaced by the openings after it; none is
-     * negative */
+    /* openings of joints 0 to `mats`, all at least 0: before the landing on input, after it on
+     * output */
     double *gap_ft;
     const double *grit_lb;
     double friction, kl_lb_ft;
-    double thrust_factor; /* factor by which the thrust of the scene is multiplied */
+    double thrust_factor; /* factor on the thrust of the scene */
     double *sample_u_ft;  /* `samples` rows of movements, one column per station */
     bool is_valid;        /* output: false if the simulation diverged */
 };
@@ -142,13 +143,13 @@ bool parallel_can_run(const struct sim_scene *scene);
  * The measured data set and its replicas are rows of residuals. The misfit of a row is the square
  * of its Mahalanobis distance, by the covariance of all rows (shrunk as in Ledoit and Wolf, 2004).
  * If every segment was surveyed before the runway's first landing, the square of a second term is
- * added: the excess of the spread of these sums over that of randomly laid gaps, in standard
- * deviations. If the model is right, the measured row is equivalent to the replicas. `p_value` is
+ * added: how far the spread of these sums exceeds that of randomly laid gaps, in standard
+ * deviations. If the model is right, the measured row behaves like another replica. `p_value` is
  * the share of rows, including the measured one, whose misfit is at least as large as that of the
  * measured row. The check rejects a right model with probability MISFIT_LEVEL. */
 
 #define MISFIT_LEVEL        0.05
-#define MISFIT_REPLICAS_MIN 39u /* smallest number of replicas for a decision */
+#define MISFIT_REPLICAS_MIN 39u /* smallest number of replicas for the check */
 
 struct misfit {
     bool is_checked;  /* true: there were enough replicas for the check */
@@ -165,19 +166,19 @@ struct misfit misfit_check(const struct fit_landings *list, const struct fit_res
 
 /* Adds landing `run`: path of the gear, survey before it, displacements with their errors. The
  * runway is that of the scene file. If the landing follows the previously added landing (same
- * board, next number), it begins with the gaps at the end of that landing; if it was surveyed
- * again, its survey is also the survey after that landing. MR_TOO_FEW: the motion is not known, or
- * no transducer is valid. */
+ * board, next number), it begins with the gaps at the end of that landing; if the runway was
+ * surveyed between the two, this survey also counts as the survey after the earlier landing.
+ * MR_TOO_FEW: the motion is not known, or no transducer is valid. */
 enum mr_status fit_campaign_add(struct store *store, int64_t run, const char *scene_path,
                                 struct fit_landings *list, struct error *error);
-/* Sets the mean gap from the surveys. Its uncertainty is then the systematic error of the survey.
- * Call after all landings are added. Returns the number of segments surveyed before the first
- * landing. */
+/* Sets the mean gap and its uncertainty from the surveys; the uncertainty is their systematic
+ * error. Call after all landings are added. Returns the number of segments surveyed before the
+ * first landing. */
 size_t fit_campaign_set_gap(struct fit_landings *list);
 
 /* Surveyed sums of the gaps of each segment, before or after a landing. Readings at gage points
- * between two landings (`matrig survey`, with their error) have priority. A segment without such a
- * reading has the value that the board had when the landing was armed. */
+ * between two landings (`matrig survey`) are preferred. A segment without such a reading has the
+ * value that the board had when the landing was armed. */
 
 struct fit_survey {
     double sum_in[MR_SEGMENTS]; /* sum of each segment, in; NaN: not surveyed */
@@ -187,8 +188,9 @@ struct fit_survey {
     size_t segment_count, gage_segment_count;
 };
 
-/* Loads the survey before landing `run`, or with `after` the survey between this landing and the
- * arming of the next. `board`: landing whose sums on the board are also used, or STORE_NONE. */
+/* Loads the survey before landing `run`; with `after`, the one between this landing and the arming
+ * of the next. `board`: landing whose sums, as stored on the board, are also used; STORE_NONE:
+ * none. */
 enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int64_t board,
                                struct fit_survey *surveyed, struct error *error);
 
