@@ -1,7 +1,7 @@
 /* Limits of a channel's gain, from the possible sensors and electronics of the rig. A gain beyond
- * these limits is a wrong unit or column, never a sensor: a factor of 25.4 if millimetres are
- * entered as inches, 620 in per code for swapped columns. mr_config_check applies the limits, so
- * host and board refuse the same gains.
+ * these limits is due to a wrong unit or column, never to a sensor: a factor of 25.4 if millimetres
+ * are entered as inches, 620 in per code for swapped columns. mr_config_check applies the limits,
+ * so host and board refuse the same gains.
  *
  * The limits are properties of the rig. For other electronics, change the constants here and
  * rebuild the firmware.
@@ -50,17 +50,17 @@
 
 struct mr_gain_limits {
     float min_gain, max_gain;  /* magnitude of the gain, in or lb per code */
-    float low_code, high_code; /* readable range: code times the reference's ratio */
+    float low_code, high_code; /* codes that can be read, after correction by the reference */
 };
 
 /* Limits for a channel that measures (mr_channel_is_sensor). */
 struct mr_gain_limits mr_gain_limits(const struct mr_channel_config *channel);
 /* Gain, in or lb per code, with the sign of unit_per_code. */
 float mr_channel_gain(const struct mr_channel_config *channel);
-/* Range from low to high, codes; 0: no range is set. */
+/* Range of the channel (low to high) in codes; 0: no range is set. */
 float mr_channel_range_codes(const struct mr_channel_config *channel);
-/* Share of the range low to high that is within the converter's range, 0 to 1; 1 if no range is
- * set. */
+/* Share of the channel's range (low to high) that is within the converter's range, 0 to 1; 1 if no
+ * range is set. */
 float mr_channel_range_share(const struct mr_channel_config *channel);
 /* Returns MR_RULE_NONE, COARSE, FINE, NARROW or UNREACHED. The gain must not be 0, and the table of
  * points must rise. */

@@ -18,8 +18,8 @@ double mr_gates_student_factor(unsigned freedom)
     return freedom <= known ? student_975[freedom - 1] / 1.96 : 1.0 + 1.37 / (double)freedom;
 }
 
-/* Chebyshev polynomials T_0..T_order of scaled time, with their first two derivatives with respect
- * to time, in 1, 1/s, 1/s^2. */
+/* Chebyshev polynomials T_0 to T_order of scaled time and two derivatives by time: 1, 1/s,
+ * 1/s^2. */
 struct basis {
     double value[TERM_COUNT];
     double first_derivative[TERM_COUNT];
@@ -57,7 +57,8 @@ static void compute_basis(const struct mr_gates_fit *fit, double t_s, struct bas
     }
 }
 
-/* Replaces hypot, which differs between C libraries in its last bit; host and board must agree. */
+/* Returns the root of the sum of squares. hypot is not used: it differs between C libraries in the
+ * last bit, and host and board must agree. */
 static double add_in_quadrature(double a, double b)
 {
     return sqrt(a * a + b * b);
@@ -88,8 +89,7 @@ static double compute_standard_error(const struct mr_gates_fit *fit, const doubl
     return sqrt(get_variance(fit->covariance, fit->order + 1, gradient));
 }
 
-/* Cholesky factor in place (lower triangle). False if the matrix is not positive definite to
- * working accuracy. */
+/* Cholesky factor in place (lower triangle). False: the matrix is not positive definite. */
 static bool factor_cholesky(double matrix[TERM_COUNT][TERM_COUNT], unsigned n)
 {
     for (unsigned i = 0; i < n; i++) {
@@ -234,7 +234,7 @@ static bool is_parabola(const struct mr_gates_fit *fit, double position_error_ft
                                                       position_error_ft * position_error_ft;
 }
 
-/* Fits all gates except `out`. True: these gates lie on a parabola, and `out` does not. */
+/* Fits all gates except gate `out`. True: they lie on a parabola, `out` does not. */
 static bool fit_without_gate(const struct mr_gate *gates, size_t count, size_t out,
                              double position_error_ft, struct mr_gates_fit *fit)
 {
@@ -251,8 +251,8 @@ static bool fit_without_gate(const struct mr_gate *gates, size_t count, size_t o
            MR_GATE_OUTLIER_SIGMA * add_in_quadrature(position_error_ft, there.position_ft.error);
 }
 
-/* One step of the outlier search: tries the next gate. False: the search has ended; if it found an
- * outlier, `fit` is the fit of the others. */
+/* One step of the outlier search: tries the next gate. Returns false when the search has ended; if
+ * it found an outlier, `fit` is the fit of the other gates. */
 static bool search_outlier(const struct mr_gate *gates, size_t count, double position_error_ft,
                            struct mr_gates_fit *fit, struct mr_gates_search *search)
 {
@@ -292,8 +292,7 @@ enum mr_status mr_gates_latest_motion(const struct mr_gate *gates, size_t count,
 }
 
 /* Bisects for the time when the position of the fit, or its speed if `speed` is true, crosses
- * `target`, rising if `sign` is 1, falling if it is -1. 60 halvings reach the last bit of any
- * interval. */
+ * `target`, rising if `sign` is 1, falling if it is -1. 60 halvings reach double precision. */
 static bool find_crossing(const struct mr_gates_fit *fit, bool speed, double sign, double target,
                           double low_s, double high_s, double *t_s)
 {
@@ -333,8 +332,8 @@ enum mr_status mr_gates_motion_at_station(const struct mr_gates_fit *fit, double
                        last_s + (beyond_last ? margin_s : 0.0), &t_s))
         return MR_NUMERICS;
     mr_gates_motion_at(fit, t_s, motion);
-    /* At a given station the uncertainty of position becomes one of time: dt/dc = -T/v, so dv/dc =
-     * T' + a_dec T/v. */
+    /* Convert the uncertainty of the position at a time to that of the time at a station: dt/dc =
+     * -T/v, so dv/dc = T' + a_dec T/v. */
     compute_basis(fit, t_s, &basis);
     double speed_ft_s = motion->speed_ft_s.value;
     for (unsigned k = 0; k <= fit->order; k++)
@@ -387,7 +386,7 @@ static void mark_outliers(const struct mr_braking *fit, const struct mr_gate *ga
     }
 }
 
-/* Finds the touchdown when no range of gates fits constant braking. */
+/* Finds the touchdown if constant braking fits no range of gates. */
 static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, size_t on_track,
                                      double touchdown_ft, double position_error_ft,
                                      struct mr_gates_summary *summary)
@@ -411,7 +410,7 @@ static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, 
                                                                      touchdown.speed_ft_s.value};
     double braked_ft_s2 = touchdown.deceleration_ft_s2.value;
     if (on_track < 2 && braked_ft_s2 > 0.0) {
-        /* the polynomial brakes from touchdown on, the gear only after the delay of the brake */
+        /* the polynomial brakes from touchdown on, the gear only after the brake's delay */
         summary->touchdown_speed_ft_s.value -= braked_ft_s2 * MR_BRAKE_DELAY_S;
         summary->touchdown_speed_ft_s.error =
             add_in_quadrature(touchdown.speed_ft_s.error, braked_ft_s2 * MR_BRAKE_DELAY_ERROR_S);
@@ -419,7 +418,7 @@ static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, 
     return MR_OK;
 }
 
-/* Widens the errors by the residuals, because braking was not quite constant. */
+/* Increases the errors by the residuals, because braking was not quite constant. */
 static void widen_errors(const struct mr_braking *fit, struct mr_gates_summary *summary)
 {
     double factor = sqrt(fit->chi_square / (double)fit->degrees_of_freedom) *
@@ -471,9 +470,9 @@ static void finish_fit(struct mr_final_fit *work, enum mr_status status)
     work->stage = MR_FINAL_DONE;
 }
 
-/* One round of a constant-braking fit to the gates on the track and `used` gates beyond. MR_OK: it
- * fits; MR_TOO_FEW: call again, later attempts have a late brake, or leave out the worst gate;
- * MR_LIMIT: braking is not constant. */
+/* One step of fitting constant braking to the gates on the track (before touchdown) and the next
+ * `used` gates. MR_OK: it fits. MR_TOO_FEW: call again; later attempts assume a late brake or leave
+ * out the worst gate. MR_LIMIT: braking is not constant. */
 static enum mr_status fit_uniform_braking(struct mr_final_fit *work)
 {
     const struct mr_gate *gates = work->gates;
@@ -488,7 +487,7 @@ static enum mr_status fit_uniform_braking(struct mr_final_fit *work)
                    ? begin_without_worst_gate(gates, count, work->position_error_ft, fit)
                    : begin_braking(gates, count, work->touchdown_ft, 0, fit);
         work->is_begun = status == MR_OK;
-        /* the fit of the first attempt is accepted */
+        /* accept the fit of the first attempt */
         if (late && !work->is_begun && mr_braking_is_accepted(fit))
             return MR_OK;
         if (late && !work->is_begun)
@@ -509,7 +508,8 @@ static enum mr_status fit_uniform_braking(struct mr_final_fit *work)
     return MR_TOO_FEW;
 }
 
-/* Fits all gates. With fewer than four beyond touchdown, the only fit is accepted even if poor. */
+/* Fits all gates. With fewer than four gates beyond touchdown there is only one fit, which is
+ * accepted even if it is poor. */
 static void fit_all_gates(struct mr_final_fit *work)
 {
     struct mr_gates_summary *summary = &work->summary;
@@ -565,7 +565,7 @@ static const struct mr_gate *get_last_gates(const struct mr_final_fit *work)
     return work->gates + (work->count - work->end_fit.used);
 }
 
-/* Fits a parabola to the last gates, with fewer gates each time until it fits. */
+/* Fits a parabola to the last gates, and in each further attempt to fewer gates, until it fits. */
 static void fit_last_gates(struct mr_final_fit *work, bool fewer)
 {
     struct mr_gates_fit *fit = &work->end_fit.fit;
@@ -627,8 +627,8 @@ static enum mr_status find_stop(const struct mr_final_fit *work, struct mr_gates
     if (!extrapolate_stop(&work->end_fit.fit, &summary->stop_t_s, &summary->stop_station_ft))
         return MR_NUMERICS;
     summary->used_for_stop = (unsigned)work->end_fit.used;
-    /* If the braking changes, it may change further. A cubic through the last gates is the other
-     * extreme; the difference between both adds to the error. */
+    /* If the braking changes before the last gate, it may change after it too. A cubic through the
+     * last gates represents this; its difference from the parabola adds to the error. */
     if (work->end_fit.used < MR_GATES_END_MAX && count > MR_GATES_ONLINE_MAX &&
         mr_gates_fit(work->gates + (work->count - MR_GATES_ONLINE_MAX), MR_GATES_ONLINE_MAX, 3,
                      work->position_error_ft, &cubic) == MR_OK &&
@@ -671,11 +671,13 @@ enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, dou
 #define UNKNOWNS MR_BRAKING_UNKNOWN_COUNT
 _Static_assert((int)UNKNOWNS == (int)TERM_COUNT, "both fits share factor, solve and invert");
 #define ITERATIONS_MAX 10
-#define DELAY_MIN_S    (-0.5) /* not physical, but the iteration may pass through this range */
+/* smallest delay in the iteration, which may pass through negative values */
+#define DELAY_MIN_S    (-0.5)
 #define DELAY_MAX_S    0.5
-#define ONSET_MAX_S    1.0  /* latest onset of a brake that acts late */
-#define LATE_GATES     4u   /* number of last gates needed to estimate the onset */
-#define LATE_MISFIT_FT 0.25 /* error of the estimated motion up to which the late brake is fitted */
+#define ONSET_MAX_S    1.0 /* latest onset of a late brake */
+#define LATE_GATES     4u  /* number of last gates needed to estimate the onset */
+/* largest error of the preliminary motion for which a late brake is fitted */
+#define LATE_MISFIT_FT 0.25
 
 /* Station and speed at a time, and the derivatives of the station with respect to the unknowns. */
 struct motion {
@@ -685,13 +687,13 @@ struct motion {
 };
 
 /* Distance lost to braking per unit of deceleration, and its derivatives with respect to time and
- * delay. The shape applies only after the rise, during which it would affect only a switch right at
- * touchdown. */
+ * delay. The shape is ignored during the rise of the deceleration, where it would matter only for a
+ * switch close to touchdown. */
 static void compute_distance_loss(double since_s, double delay_s, double shape, double *value,
                                   double *rate, double *by_delay)
 {
     double rise_s = 2.0 * delay_s;
-    if (since_s < rise_s) { /* twice the integral of 3 u^2 - 2 u^3 */
+    if (since_s < rise_s) { /* during the rise: twice the integral of 3 u^2 - 2 u^3 */
         double u = since_s / rise_s;
         *value = rise_s * rise_s * u * u * u * u * (0.25 - 0.1 * u);
         *rate = rise_s * u * u * u * (1.0 - 0.5 * u);
@@ -732,8 +734,8 @@ static bool is_gate_used(const struct mr_braking *fit, size_t gate)
     return !(fit->left_out & 1u << gate);
 }
 
-/* Start values close enough to converge: a parabola through at least three gates; speed and
- * touchdown from the gates on the track if there are two. */
+/* Sets start values from which the fit converges: a parabola through at least three gates; speed
+ * and touchdown from the gates on the track if there are two. */
 static enum mr_status set_start_values(const struct mr_gate *gates, size_t count,
                                        struct mr_braking *fit)
 {
@@ -780,7 +782,7 @@ static enum mr_status set_start_values(const struct mr_gate *gates, size_t count
     return fit->speed_ft_s > 0.0 && fit->deceleration_ft_s2 > 0.0 ? MR_OK : MR_NUMERICS;
 }
 
-/* Adds a prior measurement of an unknown to the equations. */
+/* Adds the prior value of an unknown to the equations, as if it were measured. */
 static void add_prior(double value, double error, double now, unsigned unknown,
                       struct mr_braking *fit, double matrix[UNKNOWNS][UNKNOWNS],
                       double right[UNKNOWNS])
@@ -835,9 +837,9 @@ static enum mr_status begin_braking(const struct mr_gate *gates, size_t count, d
     return set_start_values(gates, count, fit);
 }
 
-/* Start values of a brake that acts late: the speed of the gates on the track, and the time at
- * which a parabola through the last gates has it. MR_LIMIT: the gear was elsewhere at that time;
- * `fit` is unchanged. */
+/* Sets the start values for a late brake: the speed of the gates on the track, and the time at
+ * which a parabola through the last gates has this speed. MR_LIMIT: at that time the gear was
+ * elsewhere; `fit` is unchanged. */
 static enum mr_status begin_late_brake(const struct mr_gate *gates, size_t count, size_t on_track,
                                        struct mr_braking *fit)
 {
@@ -873,8 +875,7 @@ static bool iterate_fit(const struct mr_gate *gates, size_t count, double positi
     *status = factor_cholesky(matrix, UNKNOWNS) ? MR_OK : MR_NUMERICS;
     if (*status != MR_OK)
         return false;
-    /* no convergence after ITERATIONS_MAX: the gates contradict each other, and chi-square shows
-     * it */
+    /* without convergence the fit ends after ITERATIONS_MAX; chi-square then shows the misfit */
     if (fit->is_converged || fit->iterations == ITERATIONS_MAX) {
         invert_factored(matrix, UNKNOWNS, 1.0, fit->covariance);
         return false;
@@ -890,7 +891,7 @@ static bool iterate_fit(const struct mr_gate *gates, size_t count, double positi
     fit->shape = clamp(fit->shape + step[MR_BRAKING_SHAPE], 0.0, 1.0);
     if (!(fit->speed_ft_s > 0.0) || !(fit->deceleration_ft_s2 > 0.0))
         *status = MR_NUMERICS;
-    /* Converged: no result moved by a hundredth of its smallest possible error. */
+    /* Converged if no result moved by more than a hundredth of its smallest possible error. */
     fit->is_converged = fabs(step[MR_BRAKING_SPEED]) < 2e-6 * fit->speed_ft_s &&
                         fabs(step[MR_BRAKING_DECELERATION]) < 1e-5 * fit->deceleration_ft_s2 &&
                         fabs(step[MR_BRAKING_TIME]) * fit->speed_ft_s < 1e-2 * position_error_ft;
@@ -919,8 +920,7 @@ bool mr_braking_is_accepted(const struct mr_braking *fit)
            fit->chi_square <= mr_chi_square(fit->degrees_of_freedom, MR_SIGMA_1_IN_1000);
 }
 
-/* Finds the gate without which chi-square falls most (exact for a linear model), and by how
- * much. */
+/* Finds the gate whose removal lowers chi-square most (exact for a linear model). */
 static double find_worst_gate(const struct mr_braking *fit, const struct mr_gate *gates,
                               size_t count, double position_error_ft, size_t *worst)
 {

@@ -6,8 +6,8 @@
  * as exact (the capture is accurate to 12 ns). The positions have independent errors of standard
  * deviation `position_error_ft`. A least-squares fit of Chebyshev polynomials in time scaled to
  * [-1, 1] gives the coefficients and their covariance C = s^2 (A'A)^-1, where s is
- * position_error_ft. If the residuals are larger than that allows (chi-square, 1 in 100), the
- * motion is not this polynomial. Then s is the residual standard deviation, multiplied by Student's
+ * position_error_ft. If the residuals are too large for this error (chi-square test, 1 in 100), the
+ * motion is not this polynomial, and s is the residual standard deviation, multiplied by Student's
  * t of its degrees of freedom over 1.96. An interval of +-1.96 stated errors is therefore a 95 %
  * interval in both cases. Errors of derived quantities are first-order: grad' C grad.
  *
@@ -23,10 +23,10 @@
 
 #include "common/status.h"
 
-#define MR_GATES_MAX        32u /* maximum edges of one landing */
-#define MR_GATES_ORDER_MAX  4u  /* maximum order of the polynomial */
-#define MR_GATES_ONLINE_MAX 6u  /* edges used by the online estimate */
-#define MR_GATES_END_MAX    8u  /* edges used at each end by the final fit */
+#define MR_GATES_MAX        32u /* maximum number of edges in a landing */
+#define MR_GATES_ORDER_MAX  4u  /* maximum degree of the polynomial */
+#define MR_GATES_ONLINE_MAX 6u  /* maximum number of edges used by the online estimate */
+#define MR_GATES_END_MAX    8u  /* maximum number of edges used at each end by the final fit */
 
 struct mr_gate {
     double t_s;        /* time at which the switch opened, s from any origin */
@@ -36,8 +36,8 @@ struct mr_gate {
 struct mr_gates_fit {
     double mid_s; /* scaled time is (t - mid_s) / half_s */
     double half_s;
-    unsigned order; /* order of the polynomial, 1 to MR_GATES_ORDER_MAX */
-    unsigned count; /* edges used */
+    unsigned order; /* degree of the polynomial, 1 to MR_GATES_ORDER_MAX */
+    unsigned count; /* number of edges used */
     double coefficient[MR_GATES_ORDER_MAX + 1]; /* coefficients of the Chebyshev polynomials, ft */
     /* covariance of the coefficients, ft^2 */
     double covariance[MR_GATES_ORDER_MAX + 1][MR_GATES_ORDER_MAX + 1];
@@ -55,25 +55,24 @@ struct mr_motion_estimate {
     double t_s;
     struct mr_estimate position_ft;
     struct mr_estimate speed_ft_s;
-    struct mr_estimate deceleration_ft_s2; /* NaN when the order is 1 */
+    struct mr_estimate deceleration_ft_s2; /* NaN if the degree of the fit is 1 */
 };
 
-/* Fits `count` gates (2 to MR_GATES_MAX, times strictly rising) with a polynomial of the given
- * order. MR_OK; MR_TOO_FEW: fewer than order + 1 gates; MR_MALFORMED: times not rising;
+/* Fits `count` gates (2 to MR_GATES_MAX, times strictly rising) with a polynomial of degree
+ * `order`. MR_OK; MR_TOO_FEW: fewer than order + 1 gates; MR_MALFORMED: times not rising;
  * MR_NUMERICS: singular. */
 enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned order,
                             double position_error_ft, struct mr_gates_fit *fit);
 
-/* Fits with the lowest suitable order, from 2 up (1 with two gates). A higher order is used if its
- * additional coefficients lower the sum of squares by more than chance does in 1 of 100 landings
- * (chi-square with position_error_ft known) and three degrees of freedom remain. Errors as
- * mr_gates_fit. */
+/* Fits with the lowest suitable degree, from 2 up (1 with two gates). A higher degree is used if
+ * three degrees of freedom remain and if it lowers the sum of squares by more than random errors
+ * would in 99 of 100 landings (chi-square with position_error_ft known). Errors as mr_gates_fit. */
 enum mr_status mr_gates_fit_best(const struct mr_gate *gates, size_t count,
                                  double position_error_ft, struct mr_gates_fit *fit);
 
 /* Online estimate of the motion at the last gate, from a parabola (a line with two gates) through
- * the last MR_GATES_ONLINE_MAX gates or fewer. With MR_GATES_ONLINE_MAX gates, a single gate
- * without which the others fit a parabola is left out. */
+ * the last MR_GATES_ONLINE_MAX gates or fewer. With MR_GATES_ONLINE_MAX gates, one outlier is left
+ * out: a gate without which the others fit a parabola. */
 enum mr_status mr_gates_latest_motion(const struct mr_gate *gates, size_t count,
                                       double position_error_ft, struct mr_motion_estimate *motion);
 
@@ -93,10 +92,10 @@ struct mr_gates_summary {
     struct mr_estimate stop_t_s; /* time at which the speed reaches 0 */
     struct mr_estimate stop_station_ft;
     struct mr_estimate mean_deceleration_ft_s2; /* touchdown speed / (stop time - touchdown time) */
-    /* gates used for the stop: the last ones, or all when `is_uniform` */
+    /* number of gates used for the stop: the last ones, or all if `is_uniform` */
     unsigned used_for_stop;
     unsigned count;            /* number of all gates */
-    unsigned before_touchdown; /* number of gates on the track */
+    unsigned before_touchdown; /* number of gates on the track, before touchdown */
     /* braking was uniform, with one deceleration (see "braking") */
     bool is_uniform;
     /* bit g: gate g contradicts the other gates and was left out */
@@ -116,16 +115,16 @@ double mr_gates_student_factor(unsigned freedom);
  * the others is an outlier and is left out. If uniform braking does not fit, touchdown and stop are
  * fitted separately:
  *
- * Touchdown: uniform braking is fitted to the gates on the track and as many of the first
- * MR_GATES_END_MAX gates beyond touchdown as it describes. If it describes none, two gates on the
- * track give the speed, which is constant there (report 2.4); without them, a polynomial
+ * Touchdown: uniform braking is fitted to the gates on the track and to as many of the first
+ * MR_GATES_END_MAX gates beyond touchdown as it fits. If it fits none of them, two gates on the
+ * track give the speed, which is constant there (report 2.4); without such gates, a polynomial
  * (mr_gates_fit_best) is extrapolated back and corrected for the delay of the brake.
  *
  * Stop: the deceleration at the end is taken as constant. A parabola through as many of the last
- * MR_GATES_END_MAX gates as it describes (chi-square, 1 in 100), at least 4, is extrapolated to
- * rest. If it does not describe all 8, the braking changes and may change again; the error then
- * includes the difference from a cubic, because the motion beyond the last gate is extrapolated. A
- * gate without which all the others lie on a parabola is an outlier.
+ * MR_GATES_END_MAX gates as it fits (chi-square, 1 in 100), at least 4, is extrapolated to rest. If
+ * it does not fit all 8, the braking changed during these gates and may change again after the last
+ * one; the error then includes the difference from a cubic. A gate without which all the others lie
+ * on a parabola is an outlier.
  *
  * All parts include the errors of position. MR_OK; MR_TOO_FEW: fewer than 3 gates, or none beyond
  * touchdown; MR_NUMERICS: no touchdown or no stop in the fit; MR_MALFORMED: times not rising. */
@@ -139,18 +138,19 @@ enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, dou
  *
  * Model: the gear runs on the track at constant speed v (report 2.4) and touches down at a known
  * station at time T. The deceleration then rises to its final value a over the time 2 d, following
- * 3 u^2 - 2 u^3, and stays at a. Once the rise is complete, at s seconds after touchdown, the gear
- * lags an unbraked one by a ((s - d)^2 + k d^2) / 2. Unknowns are T, v, a, the delay d and the
- * shape k (1/3 for a linear rise, 1/7 for a quintic one). A landing with few gates cannot separate
- * d and k from the other unknowns, so d and k have prior values with standard errors, which are
- * defined here. These priors are our choice for disk brakes on the rig; the report gives none. The
- * fit is Gauss-Newton least squares with independent position errors of standard deviation
+ * 3 u^2 - 2 u^3, and stays at a. After the rise, s seconds after touchdown, the gear is behind an
+ * unbraked one by a ((s - d)^2 + k d^2) / 2. Unknowns are T, v, a, the delay d and the shape k (1/3
+ * for a linear rise, 1/7 for a quintic one). A landing with few gates cannot separate d and k from
+ * the other unknowns, so d and k have prior values with standard errors, which are defined here.
+ * They were chosen for disk brakes on the rig; the report does not give such values. The fit is
+ * Gauss-Newton least squares with independent position errors of standard deviation
  * `position_error_ft`. That value is known and never estimated here, so intervals are normal:
  * +-1.96 standard errors for 95 %.
  *
- * A brake may act late. If the model does not fit, or only with a delay beyond two of its errors,
- * and two gates lie on the track, the deceleration may begin at an unknown onset after touchdown,
- * with the prior delay and shape from there.
+ * A brake may act late. If two gates lie on the track, and the model does not fit or requires a
+ * delay more than two prior errors from the prior value, the fit assumes a late brake: the
+ * deceleration begins at an unknown onset after touchdown, with the prior delay and shape from
+ * there.
  *
  * A chi-square test checks the model; it rejects 1 in 1000 landings for which the model is true. A
  * gate that alone causes a rejection by more than MR_GATE_OUTLIER_SIGMA standard errors can be left
@@ -163,7 +163,7 @@ enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, dou
 #define MR_BRAKE_DELAY_ERROR_S 0.012
 #define MR_BRAKE_SHAPE         0.238
 #define MR_BRAKE_SHAPE_ERROR   0.095
-#define MR_GATE_OUTLIER_SIGMA  5.0 /* in standard errors */
+#define MR_GATE_OUTLIER_SIGMA  5.0 /* smallest deviation of an outlier, in standard errors */
 
 enum mr_braking_unknown {
     MR_BRAKING_TIME,
@@ -179,10 +179,11 @@ struct mr_braking {
     double touchdown_s;
     double speed_ft_s;
     double deceleration_ft_s2;
-    double onset_s; /* time from touchdown to the onset of a late brake; otherwise 0 */
+    double onset_s; /* time from touchdown to the onset of a late brake; 0 for a prompt brake */
     double delay_s;
     double shape;
-    bool is_brake_late; /* the unknown MR_BRAKING_DELAY is the onset; delay_s is not fitted */
+    /* the unknown MR_BRAKING_DELAY is the onset of a late brake; delay_s is not fitted */
+    bool is_brake_late;
     double covariance[MR_BRAKING_UNKNOWN_COUNT][MR_BRAKING_UNKNOWN_COUNT];
     double chi_square;
     unsigned degrees_of_freedom; /* degrees of freedom of chi-square */
@@ -191,16 +192,16 @@ struct mr_braking {
     uint32_t left_out; /* bit g: gate g was left out */
 };
 
-/* Fits the gates (at most MR_GATES_MAX, times rising) except those in `left_out`. MR_OK;
- * MR_TOO_FEW: fewer than 3, or none beyond touchdown; MR_NUMERICS: the gates show no braking, or
- * the fit failed. */
+/* Fits the gates (at most MR_GATES_MAX, times rising) except those in `left_out`. MR_TOO_FEW: fewer
+ * than 3 gates, or none beyond touchdown; MR_NUMERICS: the gates show no braking, or the fit
+ * failed. */
 enum mr_status mr_braking_fit(const struct mr_gate *gates, size_t count, double touchdown_ft,
                               double position_error_ft, uint32_t left_out, struct mr_braking *fit);
 
 /* Leaves out the worst gate (the gate whose removal lowers chi-square most) and fits again. At most
  * a fifth of the gates are left out, and two degrees of freedom must remain to identify the gate.
- * MR_OK; MR_LIMIT: no gate contradicts the others enough, or no more gates can be left out (`fit`
- * is then unchanged); else as mr_braking_fit. */
+ * MR_LIMIT: no gate contradicts the others enough, or no more gates can be left out (`fit` is then
+ * unchanged); else as mr_braking_fit. */
 enum mr_status mr_braking_drop_worst_gate(const struct mr_gate *gates, size_t count,
                                           double position_error_ft, struct mr_braking *fit);
 
@@ -224,8 +225,8 @@ double mr_chi_square(unsigned freedom, double deviations);
 
 /* ---- the final fit in steps ---- */
 
-/* The final fit of a landing in steps: mr_gates_summarise for a board that must keep processing its
- * blocks.
+/* The final fit of a landing in steps: a replacement for mr_gates_summarise on the board, which
+ * must process a block between two steps.
  *
  * Each step is one iteration of a fit. The result is identical to that of mr_gates_summarise, which
  * runs all these steps. The caller provides `work`, which points to the gates; they must not change
@@ -240,11 +241,11 @@ enum mr_final_stage {
     MR_FINAL_DONE
 };
 
-/* Attempts to describe the gates by one deceleration, in this order. */
+/* Ways of describing the gates by one deceleration, tried in this order. */
 enum mr_final_attempt {
     MR_FINAL_PROMPT_BRAKE, /* the brake acts at touchdown */
     MR_FINAL_LATE_BRAKE,   /* the brake acts later than at touchdown */
-    MR_FINAL_REFIT,        /* as MR_FINAL_PROMPT_BRAKE, to find out which gate to leave out */
+    MR_FINAL_REFIT,        /* the same as MR_FINAL_PROMPT_BRAKE, to find the worst gate */
     MR_FINAL_NO_WORST,     /* as MR_FINAL_PROMPT_BRAKE, without the worst gate */
 };
 
@@ -252,7 +253,7 @@ enum mr_final_attempt {
 struct mr_gates_search {
     size_t next, outlier;
     bool found;
-    double min_residual_ft; /* smallest residual of the other gates so far */
+    double min_residual_ft; /* smallest residual of the other gates found so far */
 };
 
 struct mr_final_fit {
@@ -264,23 +265,24 @@ struct mr_final_fit {
     enum mr_final_stage stage;
     enum mr_final_attempt attempt; /* present attempt */
     bool is_begun;                 /* a fit is in progress */
-    size_t used;                   /* gates beyond touchdown in the present fit */
+    size_t used;                   /* number of gates beyond touchdown in the present fit */
     union {
         struct mr_braking braking;
-        struct { /* used from stage MR_FINAL_LAST_GATES on */
+        struct { /* for the stages from MR_FINAL_LAST_GATES on */
             size_t used;
             struct mr_gates_fit fit;
             struct mr_gates_search search;
         } end_fit;
     };
     struct mr_gates_summary summary;
-    enum mr_status status; /* result at MR_FINAL_DONE, as from mr_gates_summarise */
+    enum mr_status status; /* result, valid at stage MR_FINAL_DONE; as from mr_gates_summarise */
 };
 
 /* Starts the fit; arguments as in mr_gates_summarise. */
 void mr_final_fit_start(struct mr_final_fit *work, const struct mr_gate *gates, size_t count,
                         double touchdown_ft, double position_error_ft);
-/* Returns false when finished; `status` and `summary` then hold the result. */
+/* Computes the next step. Returns false when finished; `status` and `summary` then hold the
+ * result. */
 bool mr_final_fit_step(struct mr_final_fit *work);
 
 #endif

@@ -11,7 +11,7 @@
  *                      commit
  *            +24  u32  first eight hexadecimal digits of the commit, u16 the next four; 0:
  *                      unknown
- *            +30  u16  board (common/boards.def); 0 in images from before there were other boards
+ *            +30  u16  board (common/boards.def); 0 in images older than this field
  *            +32  u32  CRC-32 of the flash from its start (the vectors) up to this word
  *
  * The header does not depend on the time or place of the build: one commit gives one image.
@@ -56,8 +56,8 @@ struct mr_image {
 };
 
 /* Reads the header from the first MR_IMAGE_HEAD_BYTES bytes of flash. MR_OK; MR_UNKNOWN: no header;
- * MR_VERSION: a different format; MR_CRC: vectors or header are damaged or were never stamped
- * (`image` is filled nevertheless); MR_MALFORMED: the program is outside the flash. */
+ * MR_VERSION: a different format; MR_CRC: vectors or header are damaged, or stamp.c has not filled
+ * the header (`image` is set nevertheless); MR_MALFORMED: the program is outside the flash. */
 enum mr_status mr_image_get(struct mr_image *image, const uint8_t head[MR_IMAGE_HEAD_BYTES]);
 /* Writes the header into `head`, which already holds the vectors, and computes header_crc. */
 void mr_image_put(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD_BYTES]);

@@ -58,7 +58,7 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
         float opening_ft = 0.0f, held_lb = 0.0f;
         unsigned inside = 0;
         for (unsigned i = 0; i < group; i++) {
-            /* index of joint `single` + 1 of the runway */
+            /* index, in the list of all joints of the runway, of the joint after joint `single` */
             unsigned single = (j - 1u) * group + i;
             if (single > params->mats)
                 break;
@@ -76,8 +76,8 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
     return MR_OK;
 }
 
-/* Values common to all joints and mats of a chain; the struct stays in registers while a bay
- * moves. */
+/* Values that are the same for all joints and mats of a chain, in a small struct that the compiler
+ * keeps in registers during the step of a bay. */
 struct chain_constants {
     struct one_joint joint;
     float friction_lb, step_per_mass, step_s;
@@ -91,8 +91,8 @@ static inline struct chain_constants get_chain_constants(const struct mr_chain *
                                     chain->step_s};
 }
 
-/* Tension of joint j at opening g_ft and opening speed opening_ft_s; also updates the joint's
- * reach. */
+/* Returns the tension of joint j with opening g_ft and opening speed opening_ft_s. Also updates the
+ * reach of its grit. */
 static inline float update_joint_pull(struct mr_chain *chain,
                                       const struct chain_constants *constants, unsigned j,
                                       float g_ft, float opening_ft_s)
@@ -130,7 +130,7 @@ static unsigned get_last_group_of_bay(const struct mr_chain *chain, unsigned bay
 }
 
 /* Moves the mats of a bay by one step. `left_lb`: tension of the bay's first joint. Returns the
- * tension of the next bay's first joint. */
+ * tension of the first joint of the next bay. */
 static float step_bay(struct mr_chain *chain, const struct chain_constants *constants, unsigned bay,
                       float left_lb)
 {
@@ -171,7 +171,8 @@ void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
                        ? get_group_index(chain, mat)
                        : 0;
     float left_lb = 0.0f;
-    /* left_lb is the tension of the bay's first joint before the bay on its left moved. */
+    /* true if left_lb is valid: the tension of the bay's first joint, computed with the bay on its
+     * left */
     bool carried = false;
     float pushed_lb = chain->push_lb[wheel];
     if (wheel) {

@@ -2,9 +2,13 @@
 
 #include <string.h>
 
-#define UNCLEAR_MAX_BLOCKS  3000u /* longer than the 2.5 s between switches 5 ft apart at 2 ft/s */
-#define REVERSE_MAX_FT_S    20.0  /* faster than a model can be pushed: a switch has opened late */
-/* A gear gets no faster than SPEED_RATIO_MAX times its entry speed plus SPEED_RISE_MAX_FT_S. */
+/* time without a decision after which edges are discarded; longer than the 2.5 s between switches 5
+ * ft apart at 2 ft/s */
+#define UNCLEAR_MAX_BLOCKS  3000u
+/* speed above which a backward motion is impossible, so a switch must have opened late */
+#define REVERSE_MAX_FT_S    20.0
+/* A plausible speed of a landing gear is at most SPEED_RATIO_MAX times its entry speed plus
+ * SPEED_RISE_MAX_FT_S. */
 #define SPEED_RATIO_MAX     1.25
 #define SPEED_RISE_MAX_FT_S 3.0
 
@@ -30,7 +34,7 @@ static void add_event(struct mr_passage *passage, const struct mr_passage_edge *
             .number = edge->number, .position = edge->position, .reason = (uint8_t)reason};
 }
 
-/* Mean speed from one edge to a later one. Ticks may wrap between them. */
+/* Mean speed from one edge to a later one. The tick counter may wrap between them. */
 static double compute_speed(const struct mr_passage_edge *from, const struct mr_passage_edge *to)
 {
     double since_s = (double)(uint32_t)(to->tick - from->tick) * MR_S_PER_TICK;
@@ -137,8 +141,8 @@ static struct mr_passage_changes handle_first_edges(struct mr_passage *passage,
     return changes;
 }
 
-/* The first two switches may have opened late: the entry speed is reliable only from the third gate
- * on. */
+/* Uses the entry speed only from the third gate on, because the first two switches may have opened
+ * late. */
 static bool is_plausible_speed(const struct mr_passage *passage, double speed_ft_s)
 {
     return passage->gates < 3

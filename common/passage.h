@@ -4,9 +4,10 @@
  * A landing is recognised when two edges follow each other along the runway at 2 ft/s or more. A
  * model that is pushed back by hand moves backward or slower than 2 ft/s (report 2.7.1 pushes it
  * back over the same switches). Its edges are counted as one push-back until
- * MR_PASSAGE_QUIET_BLOCKS pass without an edge, and never become gates. During a landing an
- * impossible edge (the gear would be faster than at its entry, or move backward) is refused. If the
- * new edge fits without the edge before it, the earlier edge was late and is withdrawn instead.
+ * MR_PASSAGE_QUIET_BLOCKS pass without an edge, and never become gates. During a landing an edge is
+ * refused if it is impossible: the gear would be faster than at its entry, or move backward. If it
+ * would be possible without the edge before it, that earlier edge was late and is withdrawn
+ * instead.
  *
  * Times are tick differences between edges at most 30 s apart, so TIM2 may wrap (51.13 s). Pure, no
  * heap. */
@@ -53,15 +54,16 @@ struct mr_passage_event {
 
 struct mr_passage {
     enum mr_passage_state state;
-    /* edges whose source is not yet identified; newest last */
+    /* edges that are not yet assigned to a landing or a push-back; newest last */
     struct mr_passage_edge held[MR_PASSAGE_HELD_MAX];
     unsigned held_count;
     uint32_t quiet_since_block;
 
-    struct mr_gate gate[MR_GATES_MAX]; /* times in seconds since the first gate */
+    /* gates of the landing, with times in seconds since the first gate */
+    struct mr_gate gate[MR_GATES_MAX];
     struct mr_passage_edge source[MR_GATES_MAX];
     unsigned gates;
-    double entry_ft_s; /* speed over the first two, then the first three gates */
+    double entry_ft_s; /* speed computed from the first two gates, later from the first three */
 
     bool is_pushing;    /* a push-back is in progress */
     uint16_t pushbacks; /* number of push-backs since the start */
@@ -84,18 +86,18 @@ void mr_passage_start(struct mr_passage *passage);
 /* Resets gates and held edges for the next landing; the count of push-backs is kept. */
 void mr_passage_clear(struct mr_passage *passage);
 
-/* Processes the next named edge. `speed_ft_s`: expected speed of the gear from the last estimate,
- * NaN if unknown. `switches`: number of switches in the table; `stations_ft`: their stations. */
+/* Processes the next named edge. `speed_ft_s`: speed that the last estimate predicts for the gear;
+ * NaN: unknown. `switches`: number of switches in the table; `stations_ft`: their stations. */
 struct mr_passage_changes mr_passage_on_edge(struct mr_passage *passage,
                                              const struct mr_passage_edge *edge, double speed_ft_s,
                                              const float *stations_ft, unsigned switches);
 
-/* Call in each block: discards the held edges if no edge has followed for too long. True: edges
- * were discarded; the notes report them. */
+/* Call in each block: discards the held edges if no edge has followed for too long. Returns true if
+ * edges were discarded; `event` then reports them. */
 bool mr_passage_on_block(struct mr_passage *passage, uint32_t block);
 
-/* True while held edges may be the beginning of a landing, or the model is being pushed. Warnings
- * and zeros must wait. */
+/* True while held edges may be the beginning of a landing or of a push-back, or while a push-back
+ * is in progress. The caller must not start warnings or measure zeros then. */
 bool mr_passage_is_unclear(const struct mr_passage *passage, uint32_t block);
 
 #endif

@@ -9,23 +9,23 @@
 #define BLOCK_S     1e-3f
 #define HMIL_PER_FT 1.2e6f
 
-/* Correction of the model by readings. Tuned on seeds of `make score` that its tables do not
- * use. */
+/* Constants of the springs that correct the model by transducer readings. Tuned with seeds of `make
+ * score` that are not in its tables. */
 #define SPRING_LB_FT           3000.0f
 #define SPRING_MAX_LB          16.0f
 /* The springs correct stations from SPRING_AHEAD_FT ahead of the wheel to SPRING_BEHIND_FT behind
- * it: the mat practically stops as the gear passes (report 2.7.2). */
+ * it: a mat practically stops moving when the gear has passed it (report 2.7.2). */
 #define SPRING_AHEAD_FT        60.0f
 #define SPRING_BEHIND_FT       5.0f
-/* movement up to this far ahead of the wheel shows the resistance */
+/* readings up to this far ahead of the wheel are used to adapt the resistance */
 #define EVIDENCE_AHEAD_FT      40.0f
 #define SCALE_CHANGE_PER_LB_IN 0.02f
 #define SCALE_MIN              0.3f
 #define SCALE_MAX              2.5f
-/* share of a new reading in the mean: averages over about 50 blocks */
+/* weight of a new reading in the running mean, which averages over about 50 blocks */
 #define SMOOTHING_SHARE        0.02f
 
-/* When a transducer is no longer trusted. */
+/* A transducer whose reading drifts from the model by more than this is no longer trusted. */
 #define DRIFT_MAX_IN            0.02f
 #define READING_MAX_IN          (IN_PER_FT * MR_CHAIN_RUNAWAY_FT) /* a larger reading is invalid */
 #define DISAGREEMENT_MAX_IN     0.25f
@@ -34,7 +34,7 @@
 #define STATION_MAX_FT         10000.0f /* limit of a plausible station */
 #define SPEED_MAX_FT_S         300.0f
 #define DECELERATION_MAX_FT_S2 64.0f /* twice the deceleration with locked wheels */
-/* more movement means that a wheel rolls, even if no switch opened */
+/* a larger movement proves that a wheel is rolling, even if no switch has opened */
 #define MOVED_MIN_IN           0.05f
 /* a smaller relative change of the deceleration does not restart the search */
 #define BRAKING_TOLERANCE      0.01f
@@ -45,15 +45,16 @@
 /* gaps as laid: uniform between 0 and this, none beyond the slack (report 2.6) */
 #define LAID_GAP_MAX_IN    0.036f
 #define SURVEY_ERROR_IN    0.005f
-/* a wheel rolls about half a mat in 4 blocks; updates every 8 blocks double the error */
+/* blocks between two updates of the resistance: a wheel rolls about half a mat in 4 blocks; with 8
+ * blocks the error doubles */
 #define GRIT_UPDATE_BLOCKS 4u
 #define GRIT_UPDATE_VISITS 3u /* cost of one updated group, in joints visited */
 
 /* --- result --- */
 #define AT_WHEEL_MAX_FT    1.0f
-/* a zone end less than this far beyond a transducer has a smaller standard error */
+/* a zone end at most this far beyond a transducer has a smaller standard error */
 #define NEAR_TRANSDUCER_FT 9.5f
-/* a zone end less than this far from the end of the runway also has a smaller one */
+/* a zone end at most this far from the end of the runway has a smaller standard error */
 #define NEAR_RUNWAY_END_FT 6.0f
 
 static bool is_between(float x, float least, float most)
@@ -73,7 +74,8 @@ static float compute_thrust_lb(const struct mr_predictor *p)
 
 /* --- joints at rest and their resistance --- */
 
-/* Uniform over 0..1: fractional part of i times an irrational number, to 24 bits. */
+/* Returns a number that is uniform over 0..1 for consecutive i: the fractional part of i times an
+ * irrational number (`multiplier` / 2^32), to 24 bits. */
 static float get_uniform_share(uint32_t i, uint32_t multiplier)
 {
     return (float)(i * multiplier >> 8) * (1.0f / 16777216.0f);
@@ -82,7 +84,8 @@ static float get_uniform_share(uint32_t i, uint32_t multiplier)
 /* Closing resistance of a joint, relative to the mean of all joints. */
 static float get_grit_share(unsigned joint)
 {
-    return 2.0f * get_uniform_share(joint, 2654435769u); /* 2^32 (sqrt 5 - 1) / 2 */
+    /* the multiplier is 2^32 (sqrt 5 - 1) / 2 */
+    return 2.0f * get_uniform_share(joint, 2654435769u);
 }
 
 /* --- openings --- */
@@ -91,14 +94,15 @@ static void reset_gaps(struct mr_predictor *p)
 {
     float slack_ft = p->config.chain.slack_ft;
     for (unsigned j = 0; j <= MR_CHAIN_MATS; j++) {
-        /* 2^32 (sqrt 2 - 1) */
+        /* the multiplier is 2^32 (sqrt 2 - 1) */
         float gap_ft = LAID_GAP_MAX_IN / IN_PER_FT * get_uniform_share(j + 1u, 1779033704u);
         p->gap_ft[j] = gap_ft < slack_ft ? gap_ft : slack_ft;
     }
 }
 
-/* Scales the gaps of ten joints from their sum `have_ft` to `sum_ft`: to shrink, all gaps by one
- * factor; to grow, each by the same share of its distance to the slack. */
+/* Scales the gaps of ten joints so that their sum changes from `have_ft` to `sum_ft`. For a smaller
+ * sum, multiplies all gaps by one factor; for a larger sum, does so with the differences between
+ * slack and gaps. */
 static void rescale_gaps(float *gap_ft, unsigned count, float have_ft, float sum_ft, float slack_ft)
 {
     float room_ft = slack_ft * (float)count - have_ft;
@@ -112,9 +116,10 @@ static void rescale_gaps(float *gap_ft, unsigned count, float have_ft, float sum
         gap_ft[j] += part * (slack_ft - gap_ft[j]);
 }
 
-/* Changes the sum of joints that a wheel has pushed by `missing_ft`. Joints of least resistance
- * close first, joints of most resistance open first: after a push, a few wide gaps are likelier
- * than many narrow ones. */
+/* Changes the sum of joints that a wheel has pushed by `missing_ft`. To reduce the sum, closes the
+ * joints with the least resistance first; to increase it, opens those with the most resistance
+ * first: after a wheel has pushed mats together, a few wide gaps are more likely than many narrow
+ * ones. */
 static void change_gap_sum(float *gap_ft, unsigned first, unsigned count, float missing_ft,
                            float slack_ft)
 {
@@ -175,7 +180,7 @@ void mr_predictor_set_survey(struct mr_predictor *p, const float *sum_in)
             rescale_gaps(p->gap_ft + first, count, have_ft, sum_in[s] / IN_PER_FT, slack_ft);
             continue;
         }
-        /* Earlier landings are unknown: assume as few open joints as possible. */
+        /* The landings before this state are not known: assume as few open joints as possible. */
         if (p->landings == 0) {
             for (unsigned j = 0; j < count; j++)
                 p->gap_ft[first + j] = 0.0f;
@@ -198,13 +203,13 @@ void mr_predictor_mark_surveyed(struct mr_predictor *p, const float *sum_in)
     }
 }
 
-/* Result from transducers and survey alone, without the model. */
+/* Computes the result from transducers and survey alone, without the model. */
 void mr_predictor_find_kinematic(const struct mr_predictor *p, struct mr_closure_zone *zone,
                                  float *left_in)
 {
     float slack_in[MR_SEGMENTS], moved_in[MR_TRANSDUCERS];
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        /* model_base_in is movement that the gaps already include */
+        /* subtract model_base_in, the movement that the gaps already include */
         moved_in[i] = p->last_in[i] - p->model_base_in[i];
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         slack_in[s] = count_segment_joints(p, s) == MR_MATS_PER_SEGMENT
@@ -256,8 +261,9 @@ static void set_gaps_from_chain(struct mr_predictor *p)
 
 /* --- resistances --- */
 
-/* Resistance of a group's joint that closes next, relative to the mean. The weakest joint closes
- * first; reach_ft shows how far the group has closed. */
+/* Returns the resistance of the joint of a group that closes next, relative to the mean. The
+ * weakest joint closes first; reach_ft (the reach of the grit) shows how far the group has
+ * closed. */
 static float get_weakest_joint_share(const struct mr_predictor *p, unsigned j)
 {
     unsigned group = p->chain.group, first = (j - 1u) * group, last = get_joint_count(p) - 1u;
@@ -279,8 +285,9 @@ static float get_weakest_joint_share(const struct mr_predictor *p, unsigned j)
     return best > 0.0f ? best : most;
 }
 
-/* Resistance that must be overcome before a group counts as closed: of four joints, that of the
- * strongest; of two joints, that of the first one, which gives the best score. */
+/* Returns the resistance that must be overcome before a group counts as closed, relative to the
+ * mean. For four joints it is that of the strongest; for two joints that of the first one, which
+ * gives the best results in `make score`. */
 static float get_closing_share(const struct mr_predictor *p, unsigned j)
 {
     unsigned group = p->chain.group;
@@ -341,7 +348,7 @@ static unsigned find_mat_at_station(const struct mr_predictor *p, float station_
 static enum mr_status start_chain(struct mr_predictor *p)
 {
     const struct mr_chain_params params = p->config.chain;
-    /* NULL: set_grits sets the resistances afterwards */
+    /* no resistances here (NULL): set_grits sets them afterwards */
     enum mr_status status = mr_chain_start(&p->chain, &params, get_level_group(p->level), p->gap_ft,
                                            NULL);
     p->pending_s = 0.0f;
@@ -356,9 +363,9 @@ static float get_model_displacement_in(const struct mr_predictor *p, unsigned i,
     return p->model_base_in[i] + IN_PER_FT * mr_chain_displacement_ft(&p->chain, mat);
 }
 
-/* Sets which joints and wheel positions the search covers. The last position is the stop at the
- * present deceleration; before that is known, the stop at twice the assumed one, which the wheel
- * nearly always reaches. */
+/* Sets the range of joints and of wheel positions for the search. The last position is the stop at
+ * the present deceleration. Before the deceleration is known, it is the stop at half of the assumed
+ * deceleration, beyond which the wheel hardly ever rolls. */
 static void begin_scan(struct mr_predictor *p)
 {
     const struct mr_chain *chain = &p->chain;
@@ -394,7 +401,7 @@ static void store_found_zone(struct mr_predictor *p)
     begin_scan(p);
 }
 
-/* Between landings there is no time limit: completes the search at once. */
+/* Completes the search at once; between landings there is no time limit. */
 static void complete_scan(struct mr_predictor *p)
 {
     begin_scan(p);
@@ -403,7 +410,7 @@ static void complete_scan(struct mr_predictor *p)
     store_found_zone(p);
 }
 
-/* Continues the search by the share of one block. */
+/* Continues the search by the work allowed in one block. */
 static void continue_scan(struct mr_predictor *p)
 {
     float off_ft_s2 = p->deceleration_ft_s2 - p->scan_deceleration_ft_s2,
@@ -424,7 +431,7 @@ static void continue_scan(struct mr_predictor *p)
         store_found_zone(p);
 }
 
-/* Continues at another level from the present position of the mats. */
+/* Switches to another level; the mats keep their present positions. */
 static void change_level(struct mr_predictor *p, enum mr_predictor_level level)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
@@ -440,8 +447,8 @@ static void change_level(struct mr_predictor *p, enum mr_predictor_level level)
     begin_scan(p);
 }
 
-/* Restarts the chain from the measured state when a guard has tripped; after too many times
- * continues without a model. */
+/* Restarts the chain from the measured state after its state became invalid; after too many
+ * restarts, continues without the model. */
 static void restart_diverged_chain(struct mr_predictor *p)
 {
     p->has_fallen_back = true;
@@ -455,8 +462,8 @@ static void restart_diverged_chain(struct mr_predictor *p)
     begin_scan(p);
 }
 
-/* True if the values are plausible for a model runway in feet, pounds and seconds. Values far off
- * are usually in another unit. */
+/* True if the values are plausible for the model runway in feet, pounds and seconds. Implausible
+ * values are usually in another unit. */
 static bool is_plausible_config(const struct mr_predictor_config *config)
 {
     const struct mr_chain_params *chain = &config->chain;
@@ -564,8 +571,8 @@ static bool is_transducer_doubted(struct mr_predictor *p, unsigned i, float read
     float ahead_ft = p->config.station_ft[i] - p->wheel_ft;
     if (ahead_ft > SPRING_AHEAD_FT && (reading_in > DRIFT_MAX_IN || reading_in < -DRIFT_MAX_IN))
         p->doubt[i] = MR_PREDICTOR_DRIFTS;
-    /* the plough level does not correct the model at the stations, so it may differ from the
-     * readings */
+    /* At the level `plough`, the model is not corrected at the stations, so it may differ from the
+     * readings. */
     bool near = ahead_ft < EVIDENCE_AHEAD_FT && ahead_ft > -SPRING_BEHIND_FT &&
                 p->level != MR_PREDICTOR_PLOUGH;
     if (!near || (off_in < DISAGREEMENT_MAX_IN && off_in > -DISAGREEMENT_MAX_IN))
@@ -575,7 +582,8 @@ static bool is_transducer_doubted(struct mr_predictor *p, unsigned i, float read
     return p->doubt[i] != MR_PREDICTOR_TRUSTED;
 }
 
-/* Returns the spring force of one transducer and adds its evidence on the resistance. */
+/* Returns the spring force at one transducer, and adds its contribution to the estimate of the
+ * resistance. */
 static float compute_spring_force_lb(struct mr_predictor *p, unsigned i, unsigned mat,
                                      float reading_in)
 {
@@ -626,9 +634,9 @@ static void apply_springs(struct mr_predictor *p, const struct mr_predictor_inpu
     }
 }
 
-/* Moves the mats ahead of the wheel on mat n. Starting at the wheel, joints close while the thrust
- * minus the friction of the mats in between exceeds their resistance. Mats behind the wheel follow
- * when the slack is used up. */
+/* Moves the mats ahead of the wheel, which is on mat n: starting there, joints close as long as the
+ * thrust minus the friction of the mats in between exceeds their resistance. Mats behind the wheel
+ * follow when the slack is used up. */
 static void push_joints_closed(struct mr_predictor *p, unsigned n)
 {
     struct mr_chain *chain = &p->chain;
@@ -645,7 +653,7 @@ static void push_joints_closed(struct mr_predictor *p, unsigned n)
         /* from the far end towards the wheel: each mat moves by the sum of the gaps that close
          * beyond it */
         float left_lb = compute_thrust_lb(p) - (float)(j - n) * chain->friction_lb;
-        /* mat j is already at its new position */
+        /* mat j already has its new position */
         float open_ft = chain->gap_ft[j] + chain->u_ft[j] - shift_ft - chain->u_ft[j - 1u];
         if (left_lb > chain->grit_lb[j] && open_ft > 0.0f)
             shift_ft += open_ft;
@@ -690,13 +698,15 @@ static void roll_wheel(struct mr_predictor *p, const struct mr_predictor_input *
     p->interval_updates += updates;
 }
 
-/* Cost of the next better level relative to this one: twice the mats times twice the steps. */
+/* Returns the cost of the next better level relative to the present one: twice the mats times twice
+ * the steps. */
 static uint32_t compute_next_level_cost(const struct mr_predictor *p)
 {
     return p->level == MR_PREDICTOR_PLOUGH ? 1u : 4u;
 }
 
-/* True if the last second used more than the budget, or this interval 1.5 times its budget. */
+/* True if the work of the last second exceeds the budget, or that of this interval exceeds 1.5
+ * times its budget. */
 static bool is_over_budget(const struct mr_predictor *p, uint32_t budget)
 {
     uint64_t second = (uint64_t)p->history_updates + p->interval_updates;
@@ -713,7 +723,7 @@ static void apply_budget(struct mr_predictor *p, bool is_interval_end)
         return;
     if (p->level < MR_PREDICTOR_PLOUGH && is_over_budget(p, budget)) {
         change_level(p, p->level + 1);
-        /* updates at the more expensive level no longer count in the last second */
+        /* start the budget anew: work at the previous, more expensive level must not count */
         reset_budget(p);
     }
     if (!is_interval_end)
@@ -739,10 +749,10 @@ void mr_predictor_choose_cheaper(struct mr_predictor *p)
     p->interval_updates = 0;
 }
 
-/* Adapts the closing resistance to the springs' work in this interval. */
+/* Adapts the closing resistance to the work that the springs did in this interval. */
 static void adapt_resistance(struct mr_predictor *p)
 {
-    /* at most a factor of 2 per interval */
+    /* limits the change to a factor of 2 per interval */
     float factor = 1.0f + SCALE_CHANGE_PER_LB_IN * p->work_lb_in;
     p->scale /= factor < 0.5f ? 0.5f : factor > 2.0f ? 2.0f : factor;
     p->scale = p->scale < SCALE_MIN ? SCALE_MIN : p->scale > SCALE_MAX ? SCALE_MAX : p->scale;
@@ -801,15 +811,15 @@ void mr_predictor_end_landing(struct mr_predictor *p)
 
 /* --- result --- */
 
-/* Station of the wheel at a position of the search, never behind the present wheel. */
+/* Returns the station of the wheel at a position of the search, at least the present station. */
 static float get_position_ft(const struct mr_predictor *p, unsigned place, float group_ft)
 {
     float at_ft = (float)(place - 1u) * group_ft;
     return at_ft > p->wheel_ft ? at_ft : p->wheel_ft;
 }
 
-/* Reports the zone of the last complete search. The expected zone is the longer one of that search
- * and the present incomplete one. */
+/* Reports the zone of the last complete search. The future zone is the longer one of that search
+ * and the search in progress. */
 static void fill_zone(const struct mr_predictor *p, struct mr_predictor_zone *zone)
 {
     const struct mr_zonescan_found *found = &p->found_zone;
@@ -831,7 +841,7 @@ static void fill_zone(const struct mr_predictor *p, struct mr_predictor_zone *zo
     unsigned wheel = p->wheel_ft > 0.0f && p->wheel_ft < 1e6f
                        ? (unsigned)(p->wheel_ft / group_ft) + 2u
                        : 0;
-    first = first < wheel ? wheel : first; /* the wheel has moved on since the search */
+    first = first < wheel ? wheel : first; /* the wheel has moved since the search */
     if (!found->groups || first >= end)
         return;
     zone->mats = (end - first) * group;
@@ -886,19 +896,19 @@ static void set_zone_basis(const struct mr_predictor *p, struct mr_predictor_zon
     zone->basis |= p->has_fallen_back ? MR_PREDICTOR_FELL_BACK : 0u;
 }
 
-/* Standard errors of a zone's ends in mats: 95 % points of `make score`, series 0 to 309, over 1.96
- * (tests/score/README.md). Valid only where there is a zone of 30 mats or more. The first four
- * values are without a survey, the last four with one. Start: outside the transducers, at the wheel
- * or ahead of it; between the transducers, likewise. End: within NEAR_TRANSDUCER_FT beyond a valid
- * transducer; farther, with another transducer beyond the end; farther, without one; within
- * NEAR_RUNWAY_END_FT of the runway's end. */
+/* Standard errors of a zone's ends in mats: 95 % points of the errors in `make score`, series 0 to
+ * 309, divided by 1.96 (tests/score/README.md). They are valid only for zones of at least 30 mats.
+ * The first four values are without a survey, the last four with one. Start: outside the
+ * transducers, at the wheel or ahead of it; between the transducers, likewise. End: within
+ * NEAR_TRANSDUCER_FT beyond a valid transducer; farther, with another transducer beyond the end;
+ * farther, without one; within NEAR_RUNWAY_END_FT of the runway's end. */
 static const float start_error_mats[MR_PREDICTOR_START_CLASSES] = {3.83f, 21.17f, 0.77f, 19.13f,
                                                                    1.28f, 10.97f, 0.77f, 6.89f};
 static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {16.07f, 17.60f, 23.21f, 10.97f,
                                                                9.95f,  15.05f, 12.50f, 8.42f};
 
-/* Factors by level on the errors above. Levels TWO and FOUR need none; the plough and kinematic
- * levels do (tests/score/README.md). */
+/* Factors by which the errors above are multiplied at each level. They are 1 for the levels TWO and
+ * FOUR, larger for the levels without the chain model (tests/score/README.md). */
 #define LEVEL_COUNT (MR_PREDICTOR_KINEMATIC + 1)
 static const float start_error_factor[LEVEL_COUNT] = {1.0f, 1.0f, 1.0f, 1.2f, 1.7f},
                    end_error_factor[LEVEL_COUNT] = {1.0f, 1.0f, 1.0f, 1.2f, 2.0f};
@@ -909,7 +919,7 @@ static uint8_t classify_end(const struct mr_predictor *p, const struct mr_predic
     bool near = false, beyond = false;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         float past_ft = zone->end_ft - p->config.station_ft[i];
-        if (__builtin_isnan(p->last_in[i])) /* NaN also if the transducer is not fitted */
+        if (__builtin_isnan(p->last_in[i])) /* also NaN if the transducer is not fitted */
             continue;
         near = near || (past_ft >= 0.0f && past_ft < NEAR_TRANSDUCER_FT);
         beyond = beyond || past_ft < 0.0f;
@@ -921,7 +931,7 @@ static void set_zone_errors(const struct mr_predictor *p, struct mr_predictor_zo
 {
     unsigned surveyed = zone->basis & MR_PREDICTOR_SURVEY ? 4u : 0u,
              between = zone->basis & MR_PREDICTOR_BRACKETED ? 2u : 0u;
-    /* ahead of the wheel, or at a coarser level, the start of the zone is less certain */
+    /* the start is less certain if it is ahead of the wheel or if the level is a coarser one */
     bool ahead = zone->distance_ft > AT_WHEEL_MAX_FT || zone->level != MR_PREDICTOR_FULL;
     float mat_ft = p->config.chain.mat_length_ft;
     zone->start_class = (uint8_t)(surveyed + between + ahead);
@@ -967,7 +977,7 @@ void mr_predictor_get_zone(const struct mr_predictor *p, struct mr_predictor_zon
     if (zone->mats) {
         float distance_ft = zone->start_ft - p->wheel_ft;
         zone->distance_ft = distance_ft < 0.0f ? 0.0f : distance_ft;
-        /* the score has no valid errors for this level */
+        /* there are no valid errors for the level KINEMATIC */
         if (zone->level != MR_PREDICTOR_KINEMATIC)
             set_zone_errors(p, zone);
         if (!unmoved)

@@ -3,12 +3,12 @@
  * the wheel, the uncertainty of that zone, and the compression ahead of the wheel relative to the
  * critical compression of an irregularity.
  *
- * Correction: at the mat of each transducer a spring of limited force pulls the model's mat towards
- * the reading, and the joints on either side respond according to their laws. The closing
- * resistance of a runway is unknown; the model scales it down while the springs pull forward and up
- * while they hold back. The closing resistances and gaps of the individual joints are unknown too.
- * The model assigns them uniformly spread values (by the golden ratio), so that any ten joints in a
- * row are a representative sample.
+ * Correction: at each transducer, a spring of limited force pulls the model's mat towards the
+ * reading, and the joints on either side respond according to their laws. The closing resistance of
+ * a runway is unknown. The model decreases it while the springs pull mats forward, and increases it
+ * while they hold mats back. The closing resistances and gaps of the individual joints are unknown
+ * too. The model assigns evenly distributed values to them (multiples of the golden ratio), so that
+ * any ten consecutive joints are a representative sample.
  *
  * The predictor is called once per block (1 ms). Inputs are a function of block records, edges and
  * commands only. The level is selected by counting mat updates, never by time, so a replay gives
@@ -20,7 +20,8 @@
  *
  * docs/measured/predictor.md has the cost of a block. The search for zones is spread over blocks
  * (common/zonescan.h): at most 1,300 visits of joints in 11 blocks. A switch edge that changes the
- * deceleration restarts it. A worse result is reported at once, a better one at its end.
+ * deceleration restarts it. During a search, a longer zone than before is reported at once, a
+ * shorter one at the end of the search.
  *
  * Units: feet, pounds, seconds. Displacements of transducers and gaps of surveys are in inches, as
  * measured. */
@@ -38,12 +39,13 @@
 
 #define MR_PREDICTOR_INTERVAL_BLOCKS   50u /* interval between reports: 20 Hz */
 #define MR_PREDICTOR_INTERVALS_PER_S   20u
-/* buckling begins inside a zone of 50 to 60 compressed mats (report 6.1.4) */
+/* length of a zone that causes a warning; buckling begins inside a zone of 50 to 60 compressed mats
+ * (report 6.1.4) */
 #define MR_PREDICTOR_WARNING_MATS      50u
 #define MR_PREDICTOR_ADVISORY_MATS     30u
-/* joints examined per block in the search for zones (common/zonescan.h) */
+/* number of joints that the search for zones examines per block (common/zonescan.h) */
 #define MR_PREDICTOR_VISITS_PER_BLOCK  128u
-/* joints examined at the cost of one mat update on the board
+/* number of joints whose examination costs as much as one mat update on the board
  * (tests/error_report/predictor_cost.h) */
 #define MR_PREDICTOR_VISITS_PER_UPDATE 2u
 /* budget: 60 % of 168 MHz minus the other work of a block (same source) */
@@ -52,13 +54,14 @@
 struct mr_predictor_config {
     struct mr_chain_params chain;
     float grit_lb; /* initial mean closing resistance of a joint */
-    /* thrust of the lead axle on the strip at 1 g of deceleration: weight / axles */
+    /* thrust of the lead axle on the mat strip at a deceleration of 1 g: weight / number of
+     * axles */
     float thrust_lb_per_g;
     float deceleration_ft_s2; /* deceleration assumed until the switches determine it */
     float bump_ft;            /* assumed irregularity: h0 in P_c = w L / (2 h0) */
     float mat_weight_lb;
-    /* budget of mat updates per block: mean over any second; the mean over one interval may be 1.5
-     * times this */
+    /* budget of mat updates per block, as mean over any second; the mean over one interval may be
+     * 1.5 times as large */
     uint32_t updates_per_block;
     enum mr_predictor_level level;    /* best level that may be used */
     float station_ft[MR_TRANSDUCERS]; /* stations of the transducers; NaN: not fitted */
@@ -69,7 +72,8 @@ struct mr_predictor_input {
     float wheel_ft; /* station of the lead wheel; NaN before the first switch */
     float speed_ft_s;
     float deceleration_ft_s2;
-    bool is_braking_known;                 /* deceleration is from switches beyond touchdown */
+    /* the deceleration was measured by switches beyond touchdown */
+    bool is_braking_known;
     bool is_on_runway;                     /* the gear has touched down, or is assumed to have */
     float displacement_in[MR_TRANSDUCERS]; /* movements since arming; NaN: not valid */
 };
@@ -83,13 +87,14 @@ struct mr_predictor_zone {
     uint8_t start_class, end_class;
     unsigned closed_joints;
     float mean_gap_in; /* mean opening of the joints in the zone */
-    /* from the wheel to the start; NaN: unknown, or the wheel stops earlier; 0: reached */
+    /* distance and time from the wheel to the start of the zone; NaN: unknown, or the wheel stops
+     * before it; 0: reached */
     float distance_ft, lead_s;
     /* longest zone that will form ahead of the wheel before it stops, at constant deceleration */
     unsigned future_mats;
     float future_ft;      /* station of the wheel when the future zone has formed */
     float compression_lb; /* largest compression ahead of the wheel now */
-    float critical_lb;    /* P_c of the assumed irregularity */
+    float critical_lb;    /* critical compression P_c for the assumed irregularity */
     enum mr_predictor_verdict verdict;
     enum mr_predictor_reason reason;
     enum mr_predictor_level level;
@@ -109,40 +114,41 @@ struct mr_predictor {
     float scan_deceleration_ft_s2;       /* deceleration at the start of the search in progress */
     bool is_scan_restarted;              /* the search in progress replaced an incomplete one */
     uint8_t found_group;                 /* mats per group in `found_zone` */
-    float gap_ft[MR_CHAIN_MATS + 1u];    /* by joint, at the start of the chain */
-    /* levels with groups: resistance against closing a whole group */
+    float gap_ft[MR_CHAIN_MATS + 1u];    /* gap of each joint when the chain was started */
+    /* at levels with groups: resistance against closing a whole group */
     float closing_lb[MR_CHAIN_MATS / 2u + 2u];
     /* sums of openings; NaN: not surveyed since the last landing */
     float surveyed_sum_in[MR_SEGMENTS];
-    float scale; /* scale factor of the closing resistance */
+    float scale; /* factor on the configured closing resistance */
     float wheel_ft, speed_ft_s, deceleration_ft_s2;
-    uint32_t landings; /* landings included in the runway's state */
+    uint32_t landings; /* number of landings included in the runway's state */
     bool is_armed, braking, is_degraded, has_fallen_back;
     uint32_t moved_mask;           /* bit mask of trusted transducers that have moved */
     enum mr_predictor_level level; /* current level */
     uint32_t block;                /* blocks since arming */
     uint32_t corrected_block;
     uint32_t updates; /* mat updates since arming */
-    uint32_t visits;  /* work of the search in this landing, in joints examined */
-    /* maximum mat updates in one block of this landing, including visits */
+    uint32_t visits;  /* work of the search in this landing, as number of joints examined */
+    /* maximum mat updates in one block of this landing, including examined joints */
     uint32_t block_updates_max;
-    uint32_t interval_updates; /* mat updates in this interval, including visits */
+    uint32_t interval_updates; /* mat updates in this interval, including examined joints */
     /* ring buffer: interval_updates of the previous intervals */
     uint32_t interval_history[MR_PREDICTOR_INTERVALS_PER_S - 1u];
-    uint32_t history_updates; /* sum of interval_history */
-    /* share of interval_updates that does not depend on the level: the search, and other work
-     * counted as joints examined */
+    uint32_t history_updates; /* sum of `interval_history` */
+    /* part of interval_updates that does not depend on the level: the search and other work counted
+     * as joints examined */
     uint32_t interval_scan_updates;
-    /* consecutive intervals in which the next better level would have been within the budget */
+    /* number of consecutive intervals in which the next better level would have been within the
+     * budget */
     unsigned intervals_within_budget;
-    unsigned failures;     /* number of guards that tripped in this landing */
-    unsigned ploughed_mat; /* last mat from which the plough pushed */
-    float pending_s;       /* elapsed time that the model has not computed yet */
-    /* work of the springs over the transducers' movements in this interval */
+    unsigned failures;     /* number of times that the chain diverged in this landing */
+    unsigned ploughed_mat; /* last mat from which the level `plough` pushed */
+    float pending_s;       /* elapsed time that the chain has not computed yet */
+    /* work that the springs did on the mats at the transducers in this interval */
     float work_lb_in;
-    /* displacement in the model at the last start of the chain */
+    /* displacement at each transducer in the model when the chain was last started */
     float model_base_in[MR_TRANSDUCERS];
-    float smoothed_in[MR_TRANSDUCERS]; /* readings, delayed by 50 ms */
+    float smoothed_in[MR_TRANSDUCERS]; /* running means of the readings, which lag by 50 ms */
     float last_in[MR_TRANSDUCERS];     /* newest trusted readings; NaN: none */
     uint8_t doubt[MR_TRANSDUCERS];     /* enum mr_predictor_doubt */
     uint16_t doubtful_blocks[MR_TRANSDUCERS];
@@ -157,22 +163,22 @@ struct mr_predictor_state {
     uint16_t gap_hmil[MR_CHAIN_MATS + 1u];
 };
 
-/* Starts with a runway without measurements. MR_OK; MR_USAGE: a parameter is impossible or in a
- * wrong unit, where that can be detected (inches for feet, a weight in kilograms with a mass in
- * slugs, lb/in for lb/ft); MR_NUMERICS: the step is beyond the stability limit. */
+/* Starts with a runway without measurements. MR_USAGE: a parameter is impossible, or is
+ * recognisably in a wrong unit (inches for feet, a weight in kilograms with a mass in slugs, lb/in
+ * for lb/ft); MR_NUMERICS: the step is beyond the stability limit. */
 enum mr_status mr_predictor_start(struct mr_predictor *predictor,
                                   const struct mr_predictor_config *config);
 void mr_predictor_save(const struct mr_predictor *predictor, struct mr_predictor_state *state);
-/* Loads a state; call after mr_predictor_start. MR_OK; MR_MALFORMED: the state is of a different
- * runway or has impossible openings; then nothing is changed. */
+/* Loads a state; call after mr_predictor_start. MR_MALFORMED: the state is of a different runway or
+ * has impossible openings; nothing is changed then. */
 enum mr_status mr_predictor_load(struct mr_predictor *predictor,
                                  const struct mr_predictor_state *state);
 /* Sets the openings from a survey. `sum_in`: MR_SEGMENTS sums of joint openings, each of ten mats;
  * NaN: not surveyed. Call between landings. A sum that is impossible for ten joints (negative, or
  * more than their slack) counts as not surveyed. */
 void mr_predictor_set_survey(struct mr_predictor *predictor, const float *sum_in);
-/* Call with the same sums after a runway has been loaded: no joint changes, and a segment counts as
- * surveyed if its joints have the sum. */
+/* Call after a runway has been loaded, with the sums that were given to mr_predictor_set_survey.
+ * Changes no joint; a segment counts as surveyed if its joints have the given sum. */
 void mr_predictor_mark_surveyed(struct mr_predictor *predictor, const float *sum_in);
 /* Begins a landing: displacements are relative to this time. */
 void mr_predictor_arm(struct mr_predictor *predictor);
@@ -181,8 +187,8 @@ void mr_predictor_arm(struct mr_predictor *predictor);
  * missing. If the chain diverges, it is restarted from the measurements and flagged
  * (MR_PREDICTOR_FELL_BACK). */
 void mr_predictor_on_block(struct mr_predictor *predictor, const struct mr_predictor_input *input);
-/* Call when blocks are waiting: continues at the next cheaper level, as when the budget is
- * exceeded. */
+/* Switches to the next cheaper level, as if the budget were exceeded. Call it if blocks are
+ * waiting. */
 void mr_predictor_choose_cheaper(struct mr_predictor *predictor);
 /* Current result. May be called in every block: it is cheap except at the level
  * MR_PREDICTOR_KINEMATIC, where it sums over all joints. */

@@ -24,7 +24,8 @@ void mr_proof_make(uint8_t proof[MR_PROOF_BYTES], const uint8_t key[MR_KEY_BYTES
     mr_blake2s(proof, MR_PROOF_BYTES, key, MR_KEY_BYTES, bytes, sizeof bytes);
 }
 
-/* Nonces hash fewer bytes than proofs, so no nonce is a valid proof. */
+/* Computes a nonce. A nonce is the hash of fewer bytes than a proof, so that no nonce is a valid
+ * proof. */
 void mr_proof_nonce(uint8_t nonce[MR_PROOF_BYTES], const uint8_t key[MR_KEY_BYTES],
                     const uint32_t numbers[3])
 {

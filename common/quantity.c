@@ -2,7 +2,7 @@
 
 #include "common/wire.h"
 
-/* QUANTITY initialises the row of a quantity; LANDING_MEAN adds the member about its mean. */
+/* QUANTITY sets the row of a quantity, LANDING_MEAN the member of that row about its mean. */
 static const struct mr_quantity_info quantities[MR_QUANTITY_COUNT] = {
 #define QUANTITY(name_, NAME, quantity, suffix, words, sign, digits, value, error) \
     [MR_QUANTITY_##quantity].name = #quantity,                                     \

@@ -13,10 +13,11 @@ enum mr_quantity {
 };
 
 struct mr_quantity_info {
-    const char *name;            /* "temperature" */
-    const char *key, *error_key; /* "temperature_c", "temperature_error_c" */
-    const char *text, *unit;     /* "mat temperature", in UTF-8 */
-    /* reason for a missing reading; NULL: the mean over a landing is not sent */
+    const char *name; /* "temperature" */
+    /* keys of value and error in JSON: "temperature_c", "temperature_error_c" */
+    const char *key, *error_key;
+    const char *text, *unit; /* "mat temperature", in UTF-8 */
+    /* text for a missing reading; NULL: the mean over a landing is not sent */
     const char *missing_reason;
     int decimals;
     uint16_t id; /* identifier of the message that carries the quantity */

@@ -6,14 +6,14 @@
 #define G_FT_S2                   32.174f
 #define BLOCK_S                   1e-3f
 #define ZONE_MATS                 50.0f
-#define ZONE_RATIO_MAX            3.0f /* longer zones do not increase the risk */
+#define ZONE_RATIO_MAX            3.0f /* longer zones do not increase the risk further */
 #define EXCESS_START_MATS         40.0f
 #define EXCESS_RANGE_MATS         20.0f
 #define STEP_S                    0.05f
 #define TIME_STEP_COUNT           240u
 #define DECELERATION_MIN_FT_S2    0.1f
-#define SLOW_MAX_FT_S             2.0f /* a slower wheel reaches no further zone */
-/* planned speed loss above which the measurement is compared with the plan */
+#define SLOW_MAX_FT_S             2.0f /* a wheel slower than this reaches no further zone */
+/* planned loss of speed from which on the measured loss is compared with the planned one */
 #define COMPARED_LOSS_MIN_FT_S    2.0f
 #define PLAN_RATIO_MIN            0.6f
 #define PLAN_RATIO_MAX            1.6f
@@ -113,7 +113,7 @@ enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan)
             (i && !(plan->knot_s[i] > plan->knot_s[i - 1u])))
             return MR_USAGE;
     }
-    /* with less braking the wheel would never stop */
+    /* With too little braking at the end of the plan, the wheel would never stop. */
     if (!(plan->knot_ft_s2[knots - 1u] >= DECELERATION_MIN_FT_S2))
         return MR_USAGE;
     if (rows && !is_between(plan->landings, 0.0f, 65535.0f))
@@ -128,7 +128,8 @@ enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan)
     return MR_OK;
 }
 
-/* Interpolates linearly between points of rising `x`; constant outside of them. */
+/* Interpolates linearly between points with ascending `x`; returns the first or last value outside
+ * of them. */
 static float interpolate(const float *x, const float *y, unsigned count, float at)
 {
     if (at <= x[0])
@@ -153,7 +154,8 @@ static bool is_following_plan(const struct mr_risk_state *risk)
 
 /* --- look ahead --- */
 
-/* Looks ahead from this speed, with the planned braking multiplied by the measured plan_ratio. */
+/* Predicts the stop for the planned braking multiplied by plan_ratio (measured / planned), from
+ * this speed. */
 static void predict_planned_braking(struct mr_risk_state *risk, float speed_ft_s)
 {
     float at_s = risk->since_touchdown_s, stopping_distance_ft = 0.0f, v_ft_s = speed_ft_s;
@@ -169,7 +171,8 @@ static void predict_planned_braking(struct mr_risk_state *risk, float speed_ft_s
         v_ft_s -= a_ft_s2 * STEP_S;
         at_s += STEP_S;
     }
-    if (v_ft_s > 0.0f) { /* after TIME_STEP_COUNT the last deceleration continues */
+    /* after TIME_STEP_COUNT steps, assume that the last deceleration continues */
+    if (v_ft_s > 0.0f) {
         float last_ft_s2 = get_plan_ft_s2(risk, at_s) * risk->plan_ratio;
         stopping_distance_ft += 0.5f * v_ft_s * v_ft_s /
                                 (last_ft_s2 < DECELERATION_MIN_FT_S2 ? DECELERATION_MIN_FT_S2
@@ -178,7 +181,7 @@ static void predict_planned_braking(struct mr_risk_state *risk, float speed_ft_s
     risk->stopping_distance_ft = stopping_distance_ft;
 }
 
-/* Looks ahead as if the present deceleration continued. */
+/* Predicts the stop for the case that the present deceleration continues. */
 static void predict_present_braking(struct mr_risk_state *risk, const struct mr_predictor *p)
 {
     float speed_ft_s = p->speed_ft_s;
@@ -201,7 +204,7 @@ static void predict_braking(struct mr_risk_state *risk, const struct mr_predicto
         predict_present_braking(risk, p);
 }
 
-/* Starts the search for the zone that the hardest later braking would close. */
+/* Starts the search for the zone that the hardest planned braking would close. */
 static void begin_scan(struct mr_risk_state *risk, const struct mr_predictor *p)
 {
     const struct mr_chain *chain = &p->chain;
@@ -301,7 +304,7 @@ void mr_risk_on_block(struct mr_risk_state *risk, const struct mr_predictor *p,
 
 float mr_risk_logistic(float x)
 {
-    /* 2^n 2^f with f in -0.5 .. 0.5: Taylor series up to the seventh power */
+    /* e^y = 2^n 2^f with f in -0.5 .. 0.5; Taylor series up to the seventh power */
     float y = (x > 30.0f ? 30.0f : x < -30.0f ? -30.0f : x) * -1.44269504f;
     int n = (int)(y < 0.0f ? y - 0.5f : y + 0.5f);
     float z = (y - (float)n) * 0.69314718f;
@@ -323,7 +326,7 @@ static float compute_zone_ratio(unsigned mats)
     return x < ZONE_RATIO_MAX ? x : ZONE_RATIO_MAX;
 }
 
-/* How far a zone exceeds EXCESS_START_MATS, 0..1. */
+/* Returns by how much a zone exceeds EXCESS_START_MATS, scaled to 0..1. */
 static float compute_excess_share(unsigned mats)
 {
     float x = ((float)mats - EXCESS_START_MATS) / EXCESS_RANGE_MATS;
@@ -336,8 +339,8 @@ static float compute_zone_share(unsigned mats)
     return x < 1.0f ? x : 1.0f;
 }
 
-/* Mean opening, inches, of the joints from the wheel to its stop; segments with unknown gaps do not
- * count. */
+/* Returns the mean opening, in inches, of the joints between the wheel and its predicted stop.
+ * Segments with unknown gaps do not count. */
 static float compute_mean_opening_in(const struct mr_risk_state *risk, float wheel_ft,
                                      const float *left_in)
 {
@@ -354,7 +357,8 @@ static float compute_mean_opening_in(const struct mr_risk_state *risk, float whe
     return joints ? sum_in / (float)joints : 0.0f;
 }
 
-/* Reports when the wheel reaches the expected zone, and when it is 10 to 15 mats inside it. */
+/* Sets the times at which the wheel reaches the predicted zone and the middle of the range 10 to 15
+ * mats inside it. */
 static void set_zone_times(const struct mr_predictor *p, const struct mr_predictor_zone *zone,
                            struct mr_risk_report *report)
 {
@@ -405,8 +409,9 @@ static enum mr_risk_reason find_risk_reason(const struct mr_risk_state *risk,
              : MR_RISK_NO_REASON;
 }
 
-/* Without a chart, the plan is used before braking, and during braking if it plans much harder
- * braking. Otherwise the measured deceleration is better. */
+/* Without a chart, returns whether the plan is used. It is used before braking, and during braking
+ * only if it contains much harder braking; otherwise the measured deceleration is the better
+ * input. */
 static bool is_plan_used(const struct mr_risk_state *risk, const struct mr_predictor *p)
 {
     return is_following_plan(risk) &&
@@ -473,11 +478,11 @@ void mr_risk_compute(struct mr_risk_state *risk, const struct mr_predictor *p,
     *report = (struct mr_risk_report){.risk = MR_NAN, .basis = find_risk_basis(risk, p, zone)};
     set_zone_times(p, zone, report);
     bool moves = !(report->basis & MR_RISK_NO_MOTION);
-    /* without switches the motion that the rule needs is unknown */
+    /* without switches the motion, which the rule needs, is not known */
     if ((moves || report->basis & MR_RISK_OF_PLAN) && !(p->moved_mask && !moves)) {
         set_risk_inputs(risk, p, zone, true, report);
         report->risk = compute_risk(report);
-        /* a plan must not lower the risk of a measured zone */
+        /* a plan must not reduce the risk of a measured zone */
         if (zone->mats >= MR_PREDICTOR_WARNING_MATS && report->start_s >= 0.0f &&
             report->weight_set >= MR_RISK_SET_BY_PLAN) {
             struct mr_risk_report without = *report;

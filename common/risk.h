@@ -9,10 +9,9 @@
  * (tests/score/README.md, "Risk during the landing").
  *
  * Plan: while the loss of speed since touchdown is 0.6 to 1.6 times the planned loss, the future
- * braking is the plan's multiplied by that ratio. When the ratio is outside this range for 0.3 s,
- * plan and chart are dropped for the rest of the landing. A chart is for the runway before one
- * landing: it applies only while the runway's number of landings is the same as when the chart was
- * made.
+ * braking is the plan's multiplied by that ratio. When the ratio has been outside this range for
+ * 0.3 s, plan and chart are not used for the rest of the landing. A chart is valid for one landing
+ * only: the runway must have the same number of landings as when the chart was made.
  *
  * The risk is a function of the predictor and its inputs only: board and host agree on every bit.
  * No heap, single precision, no library call. Feet, pounds, seconds. */
@@ -27,25 +26,25 @@
 
 #define MR_RISK_CHART_ROWS       9u
 #define MR_RISK_PLAN_KNOTS       12u
-/* failure is expected this many mats inside a zone: 10 to 15 (report 6.1.4) */
+/* failure is expected this many mats inside a zone; the report (6.1.4) gives 10 to 15 */
 #define MR_RISK_FAILURE_MATS     12.5f
 /* joints examined per block in the search at the planned braking */
 #define MR_RISK_VISITS_PER_BLOCK 32u
 
-/* Plan and chart, sent by the host before a landing. NaN: none; the first NaN ends the rows and the
- * knots. */
+/* Plan and chart, sent by the host before a landing. NaN: not given; the first NaN ends the list of
+ * rows or knots. */
 struct mr_risk_plan {
-    float landings;   /* landings of the runway when the chart was made */
+    float landings;   /* number of landings of the runway when the chart was made */
     float speed_ft_s; /* planned speed at touchdown */
-    /* chart: mean decelerations, rising; the logarithm of the odds p / (1 - p) of a zone; the
-     * station by which half of the members that reach a zone have reached it */
+    /* chart: mean decelerations in ascending order; the logarithm of the odds p / (1 - p) of a
+     * zone; the median station at which the simulated runways of the ensemble reach a zone */
     float row_ft_s2[MR_RISK_CHART_ROWS], row_log_odds[MR_RISK_CHART_ROWS],
         row_ft[MR_RISK_CHART_ROWS];
-    /* braking over the time since touchdown, linear between knots */
+    /* planned braking as a function of the time since touchdown, linear between knots */
     float knot_s[MR_RISK_PLAN_KNOTS], knot_ft_s2[MR_RISK_PLAN_KNOTS];
 };
 #define MR_RISK_PLAN_ITEM_COUNT   (2u + 3u * MR_RISK_CHART_ROWS + 2u * MR_RISK_PLAN_KNOTS)
-/* Items of the message risk_item: chart and plan, then the lamp's limit. */
+/* Items of the message risk_item: chart and plan, then the limit of the lamp. */
 #define MR_RISK_REPORT_ITEM_COUNT (MR_RISK_PLAN_ITEM_COUNT + 1u)
 
 void mr_risk_plan_clear(struct mr_risk_plan *plan);
@@ -54,29 +53,32 @@ void mr_risk_plan_clear(struct mr_risk_plan *plan);
 float mr_risk_plan_get_item(const struct mr_risk_plan *plan, unsigned item);
 /* Sets an item of the plan. False: no such item. */
 bool mr_risk_plan_set_item(struct mr_risk_plan *plan, unsigned item, float value);
-/* CRC-32 of the list as little-endian IEEE 754 singles; all NaN have the same bits. */
+/* CRC-32 of the list as little-endian IEEE 754 singles; every NaN is written with the same bits. */
 uint32_t mr_risk_plan_crc(const struct mr_risk_plan *plan);
-/* MR_OK; MR_USAGE: no speed, no braking, decelerations or times that do not rise, or impossible
- * odds or stations. A chart requires a plan; a plan does not require a chart. */
+/* Checks a plan. MR_USAGE: no speed or no braking, decelerations or times not in ascending order,
+ * or impossible odds or stations. A chart is allowed only with a plan; a plan may have no chart. */
 enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan);
 
 /* Inputs of the regression, each divided by a scale so that its magnitude is about 1. */
 enum mr_risk_input {
     MR_RISK_CONSTANT,
-    MR_RISK_FUTURE,    /* predicted future zone, at most 50 mats; scale 50 mats */
+    MR_RISK_FUTURE,    /* predicted future zone, limited to 50 mats; scale 50 mats */
     MR_RISK_KINEMATIC, /* zone from transducers and survey only; scale 50 mats */
     MR_RISK_EXCESS,    /* 0 for a future zone of 40 mats, rising to 1 at 60 */
-    MR_RISK_BRAKING,   /* largest future braking, else present braking; scale 6 ft/s2 */
-    MR_RISK_DISTANCE, /* remaining distance, no weight where a long zone is expected; scale 50 ft */
+    /* hardest future braking if a plan is used, otherwise present braking; scale 6 ft/s2 */
+    MR_RISK_BRAKING,
+    /* remaining distance to the stop, with less weight where a long zone is expected; scale 50
+     * ft */
+    MR_RISK_DISTANCE,
     MR_RISK_FRICTION, /* configured friction; scale 0.6 */
     MR_RISK_LANDINGS, /* number of landings, up to six; scale 3 */
     MR_RISK_OPENING,  /* mean opening of the joints over the remaining distance; scale 0.015 in */
-    MR_RISK_PLANNED,  /* mean of FUTURE and EXCESS at the planned braking */
+    MR_RISK_PLANNED,  /* mean of FUTURE and EXCESS, computed for the planned braking */
     MR_RISK_CHART,    /* logarithm of the chart's odds at the mean deceleration */
     MR_RISK_INPUT_COUNT
 };
-/* Numbers of the sets of weights: a base for the knowledge of plan and chart, plus one number if
- * braking is known and one if there is no transducer. */
+/* Numbers of the sets of weights: a base that depends on which of plan and chart are known, plus
+ * one number if braking is known and one if there is no transducer. */
 #define MR_RISK_SET_NO_PLAN      0u
 #define MR_RISK_SET_BY_PLAN      4u
 #define MR_RISK_SET_BY_CHART     8u
@@ -86,25 +88,26 @@ enum mr_risk_input {
 
 struct mr_risk_state {
     struct mr_risk_plan plan;
-    /* has_plan, has_chart: given and active; is_chart_old: given for a different state of the
+    /* has_plan, has_chart: received and in use; is_chart_old: received for another state of the
      * runway */
     bool has_plan, has_chart, is_chart_old;
     bool has_left_plan; /* the landing deviated from the plan */
     float touchdown_ft;
     bool has_touched_down;
-    float touchdown_ft_s;        /* speed at touchdown */
-    float since_touchdown_s;     /* time since touchdown */
-    float mean_ft_s2;            /* mean of the planned decelerations over the distance */
-    float planned_loss_ft_s;     /* planned loss of speed since touchdown */
-    float plan_ratio;            /* ratio of the braking so far to the plan */
-    uint16_t deviating_blocks;   /* consecutive blocks outside the plan's range */
-    float hardest_braking_ft_s2; /* largest future braking */
-    float hardest_distance_ft;   /* distance until the largest future braking begins */
+    float touchdown_ft_s;    /* speed at touchdown */
+    float since_touchdown_s; /* time since touchdown */
+    float mean_ft_s2;        /* mean of the planned decelerations over distance */
+    float planned_loss_ft_s; /* planned loss of speed since touchdown */
+    float plan_ratio;        /* measured loss of speed / planned loss of speed */
+    /* number of consecutive blocks in which plan_ratio was outside its range */
+    uint16_t deviating_blocks;
+    float hardest_braking_ft_s2; /* hardest future braking */
+    float hardest_distance_ft;   /* distance until the hardest future braking begins */
     float stopping_distance_ft;  /* remaining distance to the stop */
     struct mr_zonescan scan;
     bool is_scanning;
     unsigned scan_group;
-    unsigned planned_mats; /* future zone at the planned braking */
+    unsigned planned_mats; /* length of the future zone at the planned braking */
 };
 
 /* One report of the risk. */
@@ -112,10 +115,10 @@ struct mr_risk_report {
     float risk;     /* NaN: unknown, because there is neither motion nor a plan */
     unsigned basis; /* bits of enum mr_risk_basis */
     enum mr_risk_reason reason;
-    /* times until the wheel reaches the zone's start and the station where failure is expected, and
-     * that station; NaN: no zone is expected, or the wheel stops earlier */
+    /* times until the wheel reaches the start of the zone and the station of the expected failure,
+     * and that station; NaN: no zone is expected, or the wheel stops before it */
     float start_s, failure_s, failure_ft;
-    /* set of weights and inputs that were used */
+    /* bit mask of the used set of weights and inputs */
     unsigned weight_set;
     float input[MR_RISK_INPUT_COUNT];
 };
@@ -130,10 +133,11 @@ void mr_risk_on_block(struct mr_risk_state *risk, const struct mr_predictor *pre
 void mr_risk_compute(struct mr_risk_state *risk, const struct mr_predictor *predictor,
                      const struct mr_predictor_zone *zone, struct mr_risk_report *report);
 
-/* Risk from which the lamp warns. A missed warning costs `cost_ratio` times as much as a needless
- * one, so the limit is 1 / (1 + cost_ratio). NaN: the lamp follows the verdict. */
+/* Returns the risk above which the lamp is switched on. A missed warning is assumed to cost
+ * `cost_ratio` times as much as a false alarm, so the limit is 1 / (1 + cost_ratio). NaN: the
+ * verdict of the predictor alone switches the lamp. */
 float mr_risk_lamp_limit(float cost_ratio);
-/* True if the lamp warns. Without a limit or a risk the lamp follows the verdict. */
+/* True if the lamp must be on. Without a limit or a risk, the verdict of the predictor decides. */
 bool mr_risk_is_lamp_on(float limit, const struct mr_predictor_zone *zone,
                         const struct mr_risk_report *report);
 

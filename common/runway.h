@@ -1,5 +1,6 @@
-/* The predictor's runway (struct mr_predictor_state) and parameters (struct mr_predictor_config) in
- * their stored form and in messages and commands. Board and host agree on every bit.
+/* Conversion of the predictor's runway state (struct mr_predictor_state) and parameters (struct
+ * mr_predictor_config) to and from the stored form, messages and commands. Board and host agree on
+ * every bit.
  *
  * Stored form, MR_RUNWAY_IMAGE_BYTES bytes, little-endian:
  *
@@ -36,8 +37,8 @@ struct mr_runway_joints mr_runway_make_message(const struct mr_predictor_state *
 void mr_runway_apply_message(struct mr_predictor_state *state,
                              const struct mr_runway_joints *message);
 
-/* Arguments of the commands that set a state: runway-joints (index 0..255) and runway-word. False:
- * no such word. */
+/* Arguments of the commands that set a state: runway-joints (index 0..255) and runway-word.
+ * mr_runway_word_argument returns false if there is no such word. */
 int32_t mr_runway_joints_argument(const struct mr_predictor_state *state, unsigned index);
 void mr_runway_apply_joints(struct mr_predictor_state *state, unsigned index, int32_t argument);
 #define MR_RUNWAY_WORD_COUNT 3u
@@ -73,10 +74,11 @@ enum {
 };
 #undef MR_PREDICT_COUNT
 
-/* Value of an item: MR_PREDICT_ITEM_TABLE, then the stations; NaN beyond. */
+/* Returns the value of an item: first those of MR_PREDICT_ITEM_TABLE, then the stations; NaN for
+ * other numbers. */
 float mr_predict_get_item(const struct mr_predictor_config *config, unsigned item);
-/* Items beyond the table are ignored. An invalid count becomes 0, which mr_predictor_start
- * refuses. */
+/* Sets an item; ignores items that do not exist. An invalid count becomes 0, which
+ * mr_predictor_start refuses. */
 void mr_predict_set_item(struct mr_predictor_config *config, unsigned item, float value);
 
 #endif

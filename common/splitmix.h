@@ -14,7 +14,7 @@ static inline uint64_t mr_splitmix64(uint64_t *state)
     return z ^ z >> 31;
 }
 
-/* Uniform in [0, 1). */
+/* Returns a number that is uniform in [0, 1). */
 static inline double mr_splitmix64_uniform(uint64_t *state)
 {
     return (double)(mr_splitmix64(state) >> 11) * 0x1p-53;

@@ -16,7 +16,7 @@ void mr_staircase_add(struct mr_staircase *staircase, uint32_t tick, float code)
     staircase->code[at] = code;
 }
 
-/* Sum and range of the levels on one side of an edge. */
+/* Sum and range of the levels (mean codes) on one side of an edge. */
 struct level_mean {
     float sum, min, max;
     unsigned count;
@@ -76,7 +76,7 @@ enum mr_status mr_staircase_level_after(const struct mr_staircase *staircase, ui
         count++;
     if (count < MR_STAIRCASE_SIDE_BLOCKS)
         return MR_TOO_FEW;
-    /* the earliest blocks after the edge, MR_STAIRCASE_SIDE_BLOCKS of them */
+    /* Use the earliest MR_STAIRCASE_SIDE_BLOCKS blocks after the edge. */
     for (uint32_t age = count - MR_STAIRCASE_SIDE_BLOCKS; age < count; age++)
         add_level(&after, staircase->code[get_history_index(staircase, age)]);
     if (!is_level_steady(&after))

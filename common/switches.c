@@ -66,7 +66,8 @@ static void identify_switch(struct mr_switches *switches, const uint16_t *steps_
     }
 }
 
-/* Number of edges, beginning with the oldest, each less than the bounce time before the next. */
+/* Returns the number of edges, from the oldest one on, each of which is followed by the next within
+ * the bounce time. */
 static unsigned count_cluster_edges(const struct mr_switches *switches)
 {
     unsigned n = 1;
@@ -77,9 +78,10 @@ static unsigned count_cluster_edges(const struct mr_switches *switches)
 }
 
 /* Identifies the switch of several close edges, or of an edge with an unsteady level, from the
- * total step after the last of them. A contact that bounces every 2 ms is half open in each block
- * and looks steady, so no step inside the group is reliable. If the total step matches no switch,
- * the oldest edge may match alone. False: not decided yet. */
+ * total step up to the level after the last edge. Steps inside the group are not reliable: a
+ * contact that bounces every 2 ms is open for half of each block, and its level looks steady. If
+ * the total step matches no switch, tries the oldest edge alone. Returns false if it cannot be
+ * decided yet. */
 static bool decide_cluster(struct mr_switches *switches, const uint16_t *steps_codes,
                            unsigned count, float own_step)
 {

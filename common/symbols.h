@@ -10,20 +10,22 @@
 #include "common/status.h"
 
 struct mr_symbol {
-    uint32_t address; /* without the Thumb bit */
+    uint32_t address; /* address without the Thumb bit */
     uint32_t size;    /* bytes; for a symbol without a size, up to the next symbol */
     const char *name; /* points into the bytes of the file */
 };
 
 struct mr_symbols {
-    struct mr_symbol *entries; /* ordered by address, one per address; memory of the caller */
-    size_t count;              /* number of functions; 0: a stripped image */
-    uint8_t *file;             /* memory that the caller must free; not used here */
+    /* one entry per address, in ascending order; the caller owns the memory */
+    struct mr_symbol *entries;
+    size_t count; /* number of functions; 0 for a stripped image */
+    /* bytes of the file, if the caller wants to keep them here; it must free them */
+    uint8_t *file;
 };
 
 /* Computes in `room` the number of entries that mr_symbols_read needs for the `length` bytes at
- * `file`; 0 without a table. MR_OK; MR_MALFORMED: not a 32-bit little-endian ELF file;
- * MR_TRUNCATED: the table extends beyond the file. */
+ * `file`; 0 without a table. MR_MALFORMED: not a 32-bit little-endian ELF file; MR_TRUNCATED: the
+ * table extends beyond the file. */
 enum mr_status mr_symbols_count(const uint8_t *file, size_t length, size_t *room);
 /* Reads the functions of the table into `all`, which has the number of entries from
  * mr_symbols_count. `file` and `all` must stay valid as long as `symbols` is used. Errors as

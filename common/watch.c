@@ -5,12 +5,13 @@
 #include "common/wire.h"
 
 #define BLOCK_S                 0.001f
-/* A squared second difference is limited to this multiple of the variance so far plus one code
- * squared, because a jump is not noise. It applies after NOISE_LIMIT_COUNT differences. */
+/* A squared second difference is limited to this multiple of (variance so far + one code squared),
+ * because a jump is not noise. The limit applies after NOISE_LIMIT_COUNT differences. */
 #define SQUARED_NOISE_RATIO_MAX 36.0f
 #define NOISE_LIMIT_COUNT       8u
-/* Each channel is checked in rotation, every ROTATION_BLOCKS blocks. The noise uses three blocks in
- * a row, the comparison with neighbours the last of them. */
+/* Each channel is checked once every ROTATION_BLOCKS blocks, one channel after another. The noise
+ * is computed from three consecutive blocks, the comparison with the neighbours from the last of
+ * them. */
 #define ROTATION_BLOCKS         8u
 
 static bool is_displacement(const struct mr_channel_config *config)
@@ -64,7 +65,7 @@ void mr_watch_end(struct mr_watch *watch)
         struct mr_watch_channel *channel = &watch->channel[c];
         if (channel->reported_validity == MR_INVALID_RATE ||
             channel->reported_validity == MR_INVALID_STUCK)
-            /* not checked between landings, so there is no change to report */
+            /* channels are not checked between landings, so there is no change to report */
             channel->reported_validity = MR_VALID;
     }
 }
@@ -77,8 +78,8 @@ float mr_watch_noise(const struct mr_watch *watch, unsigned c)
     return channel->noise_count ? __builtin_sqrtf(channel->variance) : MR_NAN;
 }
 
-/* Computes a second difference from three consecutive readings, once in eight blocks. `turn` is the
- * position of a reading in its three, from 0. */
+/* Computes a second difference from three consecutive readings, once in eight blocks. `turn`:
+ * position of the reading among these three, from 0. */
 static void update_noise(struct mr_watch_channel *channel, float value, float unit, unsigned turn)
 {
     float second = value - 2.0f * channel->last_reading + channel->earlier_reading;
@@ -103,7 +104,7 @@ static bool is_too_fast(struct mr_watch_channel *channel, const struct mr_channe
 {
     float allowed = config->rate_limit_per_s * BLOCK_S * (float)(index - channel->good_block);
     if (config->rate_limit_per_s > 0.0f && __builtin_fabsf(value - channel->good_reading) > allowed)
-        /* without a good reading the comparison with NaN is false, so the reading is accepted */
+        /* without a good reading, the comparison with NaN is false, and the reading is accepted */
         return true;
     channel->good_reading = value;
     channel->good_block = index;
@@ -112,7 +113,7 @@ static bool is_too_fast(struct mr_watch_channel *channel, const struct mr_channe
 
 /* ---- stuck ---- */
 
-/* Returns the nearest valid channel on one side, starting with channel `next`. */
+/* Returns the nearest valid channel on one side, beginning with channel `next`. */
 static uint8_t find_nearest_valid(const struct mr_watch *watch, uint8_t next, bool upfield)
 {
     while (next != MR_WATCH_NO_CHANNEL &&
@@ -138,7 +139,7 @@ static void set_anchor(struct mr_watch *watch, struct mr_watch_channel *channel,
     channel->is_stuck = false;
 }
 
-/* True if both neighbours are valid now and were valid when the anchor was set. */
+/* True if both neighbours are valid now and were valid when the anchor (watch.h) was set. */
 static bool is_anchored(const struct mr_watch *watch, const struct mr_watch_channel *channel)
 {
     return !__builtin_isnan(get_channel_reading(watch, channel->anchor_up_channel) -
@@ -172,8 +173,8 @@ static void compare_neighbours(struct mr_watch *watch, struct mr_watch_channel *
         channel->is_stuck = true;
 }
 
-/* Marks a channel whose codes have been constant for too long. Its values still vary, because they
- * include the noise of the reference. */
+/* Marks a channel whose codes have been constant for too long. The check uses codes, because the
+ * values still vary with the noise of the reference. */
 static void mark_constant(struct mr_watch_channel *channel, const struct mr_channel_config *config,
                           float value, uint32_t index)
 {

@@ -14,14 +14,13 @@
  * Stuck: the anchor of a channel is a reading from which the channel has not moved by more than a
  * band (MR_STUCK_BAND_*, or MR_STUCK_SPREAD_SIGMA standard deviations of its noise). The neighbours
  * of a channel are the next stations up- and downfield; for a gage, on the same tension band. If
- * both neighbours have moved by MR_STUCK_MOVE_* in the meantime, the mat between them cannot have
- * stood still: the joints of a closing mat follow from upfield, those of an opening mat from
- * downfield. In the standard series the neighbours of a healthy channel moved at most 0.010 in (3.5
- * lb) while the channel stayed inside its band. The channel is STUCK from the anchor until it
- * leaves the band. Neighbours that are not valid are skipped. The first and the last station have a
- * neighbour on one side only and are not judged by this rule. A channel that stops after the wheel
- * has passed the upfield neighbour is not judged either: that neighbour has come to rest, and so
- * may the mat between.
+ * both neighbours have moved by MR_STUCK_MOVE_* in the meantime, the mat between them must have
+ * moved too. In the standard series the neighbours of a healthy channel moved at most 0.010 in (3.5
+ * lb) while the channel stayed inside its band. The channel then counts as STUCK, from the anchor
+ * until its reading leaves the band. Neighbours that are not valid are skipped. The first and the
+ * last station have a neighbour on one side only and are not judged by this rule. A channel that
+ * stops after the wheel has passed the upfield neighbour is not judged either: that neighbour has
+ * come to rest, and so may the mat between.
  *
  * A channel is also stuck when its codes do not change for MR_STUCK_CONSTANT_BLOCKS blocks in a
  * row, provided that they changed at rest after arming (a real converter always has noise). A
@@ -44,7 +43,8 @@
 
 #define MR_WATCH_CHANNELS           (MR_TRANSDUCERS + MR_GAGES)
 #define MR_WATCH_NOISE_COUNT        64u
-/* rest assumed after arming, before the gear arrives; no channel counts as stuck in this time */
+/* time after arming in which the channels are assumed to be at rest; no channel counts as stuck in
+ * this time */
 #define MR_WATCH_REST_BLOCKS        512u
 #define MR_WATCH_SETTLE_COUNT       10u
 #define MR_WATCH_SETTLE_VALID_COUNT 100u
@@ -55,7 +55,7 @@
 #define MR_STUCK_MOVE_MIN_LB        8.0f
 #define MR_STUCK_SPREAD_SIGMA       6.0f
 #define MR_STUCK_CONSTANT_BLOCKS    200u
-/* noise of a block's mean at rest; below this, quantisation may mask it at times */
+/* smallest noise of a block's mean at rest; smaller noise may be hidden by quantisation at times */
 #define MR_STUCK_NOISE_MIN_CODES    0.2f
 #define MR_WATCH_NO_CHANNEL         255u
 
@@ -64,17 +64,19 @@ struct mr_watch_channel {
         earlier_reading; /* readings used for the noise, at most 8 blocks old; NaN: none */
     float code;          /* newest code, valid or not */
     float variance;      /* variance of one reading's noise */
-    float rest_noise;    /* noise MR_WATCH_REST_BLOCKS after the beginning; NaN: not known yet */
-    float good_reading;  /* newest reading within the rate limit; NaN: none */
+    /* noise of the channel at rest, MR_WATCH_REST_BLOCKS after the beginning; NaN: not known yet */
+    float rest_noise;
+    float good_reading; /* newest reading within the rate limit; NaN: none */
     uint32_t good_block;
     float anchor, anchor_up, anchor_down;
     uint32_t anchor_block;
     uint32_t reported_block; /* block of the last reported change */
     uint32_t since_block;    /* block at which `repeat_count` began */
     uint16_t invalid_count;  /* number of readings that were not valid; saturates at 65535 */
-    uint16_t noise_count;    /* second differences in the mean; saturates at MR_WATCH_NOISE_COUNT */
-    uint16_t constant_count; /* number of consecutive readings with the same code */
-    uint8_t upfield, downfield; /* neighbours; MR_WATCH_NO_CHANNEL: none */
+    /* number of second differences in the mean; saturates at MR_WATCH_NOISE_COUNT */
+    uint16_t noise_count;
+    uint16_t constant_count;    /* number of consecutive readings with the same code */
+    uint8_t upfield, downfield; /* next channels on either side; MR_WATCH_NO_CHANNEL: none */
     /* nearest valid neighbours when the anchor was set; MR_WATCH_NO_CHANNEL: none */
     uint8_t anchor_up_channel, anchor_down_channel;
     /* reported validity; validity of the newest reading; equal readings in a row */
@@ -105,8 +107,8 @@ void mr_watch_end(struct mr_watch *watch);
  * order. */
 void mr_watch_check(struct mr_watch *watch, const struct mr_channel_config *config, unsigned c,
                     uint32_t index, struct mr_reading *reading);
-/* Returns a change to be reported in `change` and clears its bit in `changed_channels`; false:
- * none. */
+/* Gets a change of channel c that has not been reported, and clears its bit in `changed_channels`.
+ * Returns false if there is none. */
 bool mr_watch_get_change(struct mr_watch *watch, unsigned c, uint32_t index,
                          struct mr_watch_change *change);
 

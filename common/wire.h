@@ -18,8 +18,8 @@
 
 #define MR_NAN (__builtin_nanf(""))
 
-/* Always inlined: compilers combine four bytes into a single store or load, which is shorter than a
- * call. */
+/* Always inlined, because compilers then combine four bytes into a single load or store, which is
+ * shorter than a call. */
 #define WIRE_INLINE static inline __attribute__((always_inline))
 
 WIRE_INLINE uint8_t *mr_put_u8(uint8_t *p, uint8_t v)

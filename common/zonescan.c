@@ -9,7 +9,7 @@ static float get_closed_ft(const struct mr_chain *chain)
     return MR_ZONE_CLOSED_MAX_FT * (float)chain->group;
 }
 
-/* True if joint j is closed, or would close with the wheel at the position. */
+/* True if joint j is closed, or would close when the wheel reaches the position. */
 static inline bool is_closing(const struct mr_zonescan *scan, const struct mr_chain *chain,
                               unsigned j)
 {
@@ -51,9 +51,10 @@ static void end_position(struct mr_zonescan *scan)
     begin_position(scan);
 }
 
-/* Finds the first joint that closes ahead of a position. From the farther of two positions, the
- * wheel closes all joints that it closes from the nearer one. The search for the end therefore
- * continues at the joint where the previous search stopped, unless the first joint is beyond it. */
+/* Finds the first joint that closes ahead of a position. A wheel at a later position closes at
+ * least the joints up to the end of the zone of an earlier position. The search for the end
+ * therefore continues at the joint where the previous search stopped, unless the first joint is
+ * beyond it. */
 static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
 {
     unsigned j = scan->joint;
@@ -125,7 +126,7 @@ static void scan_present(struct mr_zonescan *scan, const struct mr_chain *chain,
         float press_lb = mr_chain_compression_lb(chain, j);
         most_lb = press_lb > most_lb ? press_lb : most_lb;
         if (mr_chain_opening_ft(chain, j) > limit_ft) {
-            /* two open joints are too close: the zone begins anew after the first of them */
+            /* two open joints are too close, so the zone must begin after the first of them */
             if (last_open && j - last_open < scan->window)
                 first = j - last_open > 1u ? last_open + 1u : 0;
             last_open = j;

@@ -106,7 +106,8 @@ void landing_set_brake(struct landing *landing, uint32_t tick)
     landing->brake_tick = tick;
 }
 
-/* True if the gear passed the gate before the brake acted, MR_BRAKE_DELAY_S after its edge. */
+/* True if the gear passed the gate before the brake acted, which is MR_BRAKE_DELAY_S after the edge
+ * of the brake signal. */
 static bool is_gate_before_brake(const struct landing *landing, const struct mr_gate *gate)
 {
     const struct mr_passage *passage = &landing->passage;
@@ -118,8 +119,8 @@ static bool is_gate_before_brake(const struct landing *landing, const struct mr_
 static void estimate_motion(struct landing *landing, const struct mr_config *config)
 {
     const struct mr_passage *passage = &landing->passage;
-    /* The parabola does not fit gates passed before braking, at touchdown or at the edge of the
-     * brake. They are used only until two later gates have opened. */
+    /* Gates that were passed before braking (at touchdown or at the edge of the brake) do not fit
+     * the parabola. Use them only until two later gates have opened. */
     landing->gates_before_braking = 0;
     while (landing->gates_before_braking < passage->gates) {
         const struct mr_gate *gate = &passage->gate[landing->gates_before_braking];
@@ -136,7 +137,7 @@ static void estimate_motion(struct landing *landing, const struct mr_config *con
                                                       &landing->motion) == MR_OK;
 }
 
-/* Handles an edge of an identified switch: in a landing, in a push-back, or in neither. */
+/* Assigns an edge of an identified switch to a landing, to a push-back, or to neither. */
 static void handle_identified_edge(struct landing *landing, const struct mr_config *config,
                                    const struct mr_switch_edge *edge, uint8_t number,
                                    uint32_t index)
@@ -169,7 +170,7 @@ static void handle_identified_edge(struct landing *landing, const struct mr_conf
 static void handle_edge(struct landing *landing, const struct mr_config *config,
                         const struct mr_switch_edge *edge, uint32_t index)
 {
-    /* In a landing a switch opens once; a pushed model may open it again and again. */
+    /* In a landing a switch opens once; during a push-back it may open several times. */
     bool rolling = landing->passage.state == MR_PASSAGE_ROLLING &&
                    !((double)landing_wheel_at(landing, edge->tick).speed_ft_s <
                      MR_PASSAGE_MIN_FT_S);
@@ -284,7 +285,7 @@ struct landing_block_changes landing_on_block(struct landing *landing,
         change_state(landing, MR_LANDING_DONE, MR_LANDING_BY_SETTLED, index);
     } else if (!landing_is_recording(landing) && landing->passage.state == MR_PASSAGE_ROLLING &&
                index - landing->passage.quiet_since_block >= LANDING_NO_EDGE_BLOCKS) {
-        /* a model passed an unarmed board, or was pushed back after a landing */
+        /* a model passed while the board was not armed, or was pushed back after a landing */
         reset_passage(landing);
     }
     if (landing->is_fitting && landing->state == MR_LANDING_SETTLING &&
