@@ -107,9 +107,9 @@ struct neighbours {
     bool is_runway_restored; /* the next landing began on a runway saved before this one */
 };
 
-#define ZONE_STEP_SAMPLES 20  /* samples of 1 ms: the wheel rolls 0.7 ft at most */
-#define MIN_ZONE_STEPS    5   /* 0.1 s: a shorter zone is an artefact of coarse segments */
-#define MIN_SPEED_FT_S    2.0 /* below this speed, the wheel is about to stop */
+#define ZONE_STEP_SAMPLES 20   /* samples of 1 ms: the wheel rolls 0.7 ft at most */
+#define MIN_ZONE_S        0.07 /* a shorter zone is an artefact of coarse segments */
+#define MIN_SPEED_FT_S    2.0  /* below this speed, the wheel is about to stop */
 #define MIN_COVERED_SHARE 0.5
 
 const char *outcome_basis_text(enum outcome_basis basis)
@@ -170,31 +170,45 @@ static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int
 
 /* ---- transducers ---- */
 
-/* The longest zone that the wheel reached, and the first time at which it was at a zone of
- * OUTCOME_MIN_ZONE_MATS, and of this length less and plus the resolution. */
-enum {
-    OUTCOME_LENGTH_LESS_RESOLUTION,
-    OUTCOME_LENGTH,
-    OUTCOME_LENGTH_PLUS_RESOLUTION,
-    OUTCOME_LENGTH_COUNT
-};
-struct reached_zone {
-    unsigned longest_mats;
-    /* start of the zone; times of reaching the lengths; NaN: no zone lasted MIN_ZONE_STEPS */
-    double longest_start_ft, reached_t_s[OUTCOME_LENGTH_COUNT];
-};
-
-static struct reached_zone find_reached_zone(const struct measured *measured,
-                                             const struct zones_slack *slack)
+void record_reach_init(struct record_reach *reach)
 {
-    static const unsigned mats[OUTCOME_LENGTH_COUNT] = {
-        OUTCOME_MIN_ZONE_MATS - OUTCOME_RESOLUTION_MATS, OUTCOME_MIN_ZONE_MATS,
-        OUTCOME_MIN_ZONE_MATS + OUTCOME_RESOLUTION_MATS};
-    struct reached_zone reached = {.longest_start_ft = (double)NAN};
-    unsigned steady[OUTCOME_LENGTH_COUNT] = {0};
-    double since_s[OUTCOME_LENGTH_COUNT];
-    for (unsigned k = 0; k < OUTCOME_LENGTH_COUNT; k++)
-        reached.reached_t_s[k] = since_s[k] = (double)NAN;
+    *reach = (struct record_reach){.longest_start_ft = (double)NAN};
+    for (unsigned k = 0; k < RECORD_REACH_LIMITS; k++)
+        reach->reached_t_s[k] = reach->since_s[k] = (double)NAN;
+}
+
+void record_reach_add(struct record_reach *reach, double t_s, double wheel_ft,
+                      const struct mr_closure_zone *zone)
+{
+    static const struct {
+        unsigned mats;
+        double distance_ft; /* of the wheel from the zone; 0: the wheel is inside the zone */
+    } limit[RECORD_REACH_LIMITS] = {
+        [RECORD_REACH_EARLIEST] = {OUTCOME_MIN_ZONE_MATS - ZONES_ERROR_MATS,
+                                   OUTCOME_REACHED_DISTANCE_FT + (double)MR_SEGMENT_LENGTH_FT},
+        [RECORD_REACH_BEST] = {OUTCOME_MIN_ZONE_MATS, OUTCOME_REACHED_DISTANCE_FT},
+        [RECORD_REACH_LATEST] = {OUTCOME_MIN_ZONE_MATS, 0.0},
+    };
+    double distance_ft = fmax(0.0, (double)(zone->start_ft - (float)wheel_ft));
+    for (unsigned k = 0; k < RECORD_REACH_LIMITS; k++) {
+        if (zone->mats < limit[k].mats || distance_ft > limit[k].distance_ft)
+            reach->since_s[k] = (double)NAN;
+        else if (isnan(reach->since_s[k]))
+            reach->since_s[k] = t_s;
+        if (isnan(reach->reached_t_s[k]) && t_s - reach->since_s[k] > MIN_ZONE_S)
+            reach->reached_t_s[k] = reach->since_s[k];
+    }
+    if (distance_ft <= OUTCOME_REACHED_DISTANCE_FT && zone->mats > reach->longest_mats) {
+        reach->longest_mats = zone->mats;
+        reach->longest_start_ft = (double)zone->start_ft;
+    }
+}
+
+static struct record_reach find_reach(const struct measured *measured,
+                                      const struct zones_slack *slack)
+{
+    struct record_reach reach;
+    record_reach_init(&reach);
     for (size_t i = 0; i < measured->samples; i += ZONE_STEP_SAMPLES) {
         float left_in[MR_SEGMENTS];
         struct mr_closure_zone zone;
@@ -205,22 +219,9 @@ static struct reached_zone find_reached_zone(const struct measured *measured,
         if (isnan(wheel_ft) || !(measured_speed_ft_s(measured, t_s, &error_ft_s) > MIN_SPEED_FT_S))
             continue;
         zones_find_closed_segments(measured, slack, i, left_in, &zone);
-        bool at_it = zone.mats > 0 &&
-                     (double)zone.start_ft - wheel_ft < OUTCOME_REACHED_DISTANCE_FT;
-        for (unsigned k = 0; k < OUTCOME_LENGTH_COUNT; k++) {
-            steady[k] = at_it && zone.mats >= mats[k] ? steady[k] + 1 : 0;
-            since_s[k] = steady[k] <= 1 ? t_s : since_s[k];
-            if (isnan(reached.reached_t_s[k]) && steady[k] == MIN_ZONE_STEPS)
-                reached.reached_t_s[k] = since_s[k];
-        }
-        if (!at_it)
-            continue;
-        if (zone.mats > reached.longest_mats) {
-            reached.longest_mats = zone.mats;
-            reached.longest_start_ft = (double)zone.start_ft;
-        }
+        record_reach_add(&reach, t_s, wheel_ft, &zone);
     }
-    return reached;
+    return reach;
 }
 
 /* Returns the fraction of the distance from touchdown to 50 mats beyond the stop that lies between
@@ -261,12 +262,12 @@ static void judge_outcome_by_transducers(const struct measured *measured,
         outcome->unknown_reason = "fewer than two transducers gave readings";
         return;
     }
-    struct reached_zone reached = find_reached_zone(measured, slack);
-    outcome->longest_mats = (int64_t)reached.longest_mats;
-    outcome->longest_start_ft = reached.longest_start_ft;
-    outcome->reached_t_s = reached.reached_t_s[OUTCOME_LENGTH];
-    outcome->reached_earliest_s = reached.reached_t_s[OUTCOME_LENGTH_LESS_RESOLUTION];
-    outcome->reached_latest_s = reached.reached_t_s[OUTCOME_LENGTH_PLUS_RESOLUTION];
+    struct record_reach reach = find_reach(measured, slack);
+    outcome->longest_mats = (int64_t)reach.longest_mats;
+    outcome->longest_start_ft = reach.longest_start_ft;
+    outcome->reached_t_s = reach.reached_t_s[RECORD_REACH_BEST];
+    outcome->reached_earliest_s = reach.reached_t_s[RECORD_REACH_EARLIEST];
+    outcome->reached_latest_s = reach.reached_t_s[RECORD_REACH_LATEST];
     if (isfinite(outcome->reached_t_s)) {
         outcome->reached = OUTCOME_REACHED;
         outcome->basis = OUTCOME_TRANSDUCERS;
@@ -277,7 +278,7 @@ static void judge_outcome_by_transducers(const struct measured *measured,
     if (outcome->covered_share < MIN_COVERED_SHARE)
         outcome->unknown_reason = "the transducers cover less than half of the gear's path";
     else if (slack->surveyed_segments < MR_SEGMENTS &&
-             isfinite(find_reached_zone(measured, &closed).reached_t_s[OUTCOME_LENGTH]))
+             isfinite(find_reach(measured, &closed).reached_t_s[RECORD_REACH_BEST]))
         outcome->unknown_reason =
             "the survey before the landing omits segments where a zone may have formed";
     else {
@@ -291,19 +292,11 @@ static void judge_outcome_by_transducers(const struct measured *measured,
 static void judge_outcome_by_survey_after(const struct measured *measured,
                                           const struct zones_slack *slack, struct outcome *outcome)
 {
-    float nothing_in[MR_TRANSDUCERS], station_ft[MR_TRANSDUCERS];
     struct mr_closure_zone zone;
     double stop_ft = measured->summary.stop_station_ft.value;
     if (measured->fit_status != MR_OK || slack->surveyed_segments == 0)
         return;
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        nothing_in[i] = station_ft[i] = MR_NAN;
-    struct mr_closure_input input = {.station_ft = station_ft,
-                                     .displacement_in = nothing_in,
-                                     .slack_in = slack->slack_in,
-                                     .wheel_ft = (float)stop_ft};
-    float left_in[MR_SEGMENTS];
-    mr_closure_find_zone(&input, &zone, left_in);
+    zones_find_closed_run(slack->slack_in, slack->slack_in, stop_ft, &zone);
     bool at_it = zone.mats > 0 && (double)zone.start_ft - stop_ft < OUTCOME_REACHED_DISTANCE_FT;
     outcome->closed_after_mats = at_it ? (int64_t)zone.mats : 0;
     if (outcome->closed_after_mats < OUTCOME_MIN_ZONE_MATS || outcome->reached == OUTCOME_REACHED)
@@ -618,28 +611,23 @@ const char *record_verdict_text(enum record_verdict verdict)
 bool record_is_marginal(const struct record_row *row)
 {
     return row->outcome.basis == OUTCOME_TRANSDUCERS &&
-           llabs(row->outcome.longest_mats - OUTCOME_MIN_ZONE_MATS) <= OUTCOME_RESOLUTION_MATS;
+           llabs(row->outcome.longest_mats - OUTCOME_MIN_ZONE_MATS) <= ZONES_ERROR_MATS;
 }
 
 const char *record_format_outcome(const struct record_row *row, char out[RECORD_TEXT_SIZE])
 {
-    const double sign = row->verdict == RECORD_LATE ? -1.0 : 1.0, low_s = row->lead_time_low_s,
-                 high_s = row->lead_time_high_s;
     int used = snprintf(out, RECORD_TEXT_SIZE, "%s", record_verdict_text(row->verdict));
     if (isnan(row->lead_time_s))
         return out;
-    used += snprintf(out + used, RECORD_TEXT_SIZE - (size_t)used, ", %s about %.1f s",
-                     row->verdict == RECORD_LATE ? "by" : "lead time", sign * row->lead_time_s);
-    out += used;
+    used += snprintf(out + used, RECORD_TEXT_SIZE - (size_t)used, ", lead time about %.1f s",
+                     round(10.0 * row->lead_time_s) / 10.0 + 0.0);
     const size_t size = RECORD_TEXT_SIZE - (size_t)used;
-    if (isfinite(high_s))
-        snprintf(out, size, " (%.1f to %.1f s at the resolution of %d mats)",
-                 fmin(sign * low_s, sign * high_s), fmax(sign * low_s, sign * high_s),
-                 OUTCOME_RESOLUTION_MATS);
-    else if (isfinite(low_s)) /* no zone was longer than the limit by the resolution */
-        snprintf(out, size, " (%.1f s or %s at the resolution of %d mats)", sign * low_s,
-                 row->verdict == RECORD_LATE ? "less" : "more", OUTCOME_RESOLUTION_MATS);
-    return out - used;
+    if (isfinite(row->lead_time_high_s))
+        snprintf(out + used, size, " (75 %% interval: %.1f to %.1f s)", row->lead_time_low_s,
+                 row->lead_time_high_s);
+    else if (isfinite(row->lead_time_low_s))
+        snprintf(out + used, size, " (75 %% interval: %.1f s or more)", row->lead_time_low_s);
+    return out;
 }
 
 /* What the wheel reached, from the evidence of the outcome. */
@@ -658,8 +646,8 @@ static void append_reached_zone(const struct outcome *outcome, char *out, size_t
         snprintf(out, size, "the wheel reached a closed zone (evidence: %s)",
                  outcome_basis_text(outcome->basis));
     else if (outcome->longest_mats > 0)
-        snprintf(out, size, "the longest closed zone that the wheel reached had %lld mats",
-                 (long long)outcome->longest_mats);
+        snprintf(out, size, "the longest closed zone that the wheel reached had %lld +- %d mats",
+                 (long long)outcome->longest_mats, ZONES_ERROR_MATS);
     else
         snprintf(out, size, "the wheel reached no closed zone");
 }
@@ -681,13 +669,13 @@ const char *record_format_evidence(const struct record_row *row, char out[RECORD
     append_reached_zone(outcome, out + used, RECORD_TEXT_SIZE - used);
     used = strlen(out);
     if (record_is_marginal(row) && outcome->reached == OUTCOME_REACHED)
-        snprintf(out + used, RECORD_TEXT_SIZE - used, "; the longest closed zone had %lld mats",
-                 (long long)outcome->longest_mats);
+        snprintf(out + used, RECORD_TEXT_SIZE - used,
+                 "; the longest closed zone had %lld +- %d mats", (long long)outcome->longest_mats,
+                 ZONES_ERROR_MATS);
     used = strlen(out);
     if (record_is_marginal(row))
         snprintf(out + used, RECORD_TEXT_SIZE - used,
-                 ", within the resolution of %d mats of the limit of %d", OUTCOME_RESOLUTION_MATS,
-                 OUTCOME_MIN_ZONE_MATS);
+                 ", within its standard error of the limit of %d", OUTCOME_MIN_ZONE_MATS);
     used = strlen(out);
     if (row->verdict == RECORD_NOT_KNOWN && row->unknown_reason)
         snprintf(out + used, RECORD_TEXT_SIZE - used, " (%s)", row->unknown_reason);

@@ -20,10 +20,9 @@
  * The outcome is based on these, in this order:
  * - A wave or a break that a person observed. A two-panel wave that the gear crosses is not a
  * failure (report 2.1).
- * - The survey before the landing and the transducers during it (common/closure.h): at each moment
- * the longest closed run ahead of the wheel that begins within OUTCOME_REACHED_DISTANCE_FT of the
- * wheel and lasts 0.1 s. Its length and time are coarse, because segments are ten mats long
- * (by how much: tests/score).
+ * - The survey before the landing and the transducers during it (zones.h): at each moment the
+ * longest closed run ahead of the wheel that begins within OUTCOME_REACHED_DISTANCE_FT of the wheel
+ * and lasts 0.1 s. Its length has the standard error ZONES_ERROR_MATS.
  * - The survey after the landing: a closed run of that length which begins at the stopped wheel.
  * This survey can only give "yes", because joints open again behind the wheel.
  *
@@ -34,8 +33,6 @@
 
 /* length of a zone at which buckling begins (report 6.1.4) */
 #define OUTCOME_MIN_ZONE_MATS       50
-/* mats of a survey segment: the resolution of a zone's length */
-#define OUTCOME_RESOLUTION_MATS     ((int)MR_MATS_PER_SEGMENT)
 /* a zone counts as reached at this distance (seven mats), as in tests/score */
 #define OUTCOME_REACHED_DISTANCE_FT 2.0
 
@@ -58,8 +55,9 @@ struct outcome {
     /* time at which the wheel reached a zone of 50 mats; NaN: it reached none, or the time is not
      * known */
     double reached_t_s;
-    /* The same for zones that are shorter and longer by the resolution, which bound reached_t_s;
-     * NaN: it reached none. */
+    /* Range of reached_t_s that contains the true time in three of four simulated landings
+     * (tests/score/outcome.c): from the time at a zone that is shorter by ZONES_ERROR_MATS and
+     * farther by a segment, until the wheel is inside the zone; NaN: it reached none. */
     double reached_earliest_s, reached_latest_s;
     double covered_share; /* share of the gear's path that lies between transducers */
     /* Length of the closed run at the wheel in the survey after the landing; STORE_NONE: no survey
@@ -68,6 +66,28 @@ struct outcome {
     /* numbers of waves and breaks that were observed and not withdrawn */
     size_t wave_count, break_count;
 };
+
+/* The longest zone that the wheel reached, and the time at which it first was at a zone of
+ * OUTCOME_MIN_ZONE_MATS: the best estimate, and the earliest and latest within the errors of the
+ * zone. */
+enum record_reach_limit {
+    RECORD_REACH_EARLIEST,
+    RECORD_REACH_BEST,
+    RECORD_REACH_LATEST,
+    RECORD_REACH_LIMITS
+};
+struct record_reach {
+    unsigned longest_mats;
+    double longest_start_ft;                 /* NaN: the wheel reached no zone */
+    double reached_t_s[RECORD_REACH_LIMITS]; /* NaN: it reached no such zone */
+    double since_s
+        [RECORD_REACH_LIMITS]; /* since when the wheel has been at such a zone; NaN: not now */
+};
+void record_reach_init(struct record_reach *reach);
+/* Adds the longest zone ahead of the wheel at a time. Call in order of time, at least every 0.05 s,
+ * while the wheel rolls. */
+void record_reach_add(struct record_reach *reach, double t_s, double wheel_ft,
+                      const struct mr_closure_zone *zone);
 
 /* Returns the basis as text for tables, such as "transducers and survey". Static storage. */
 const char *outcome_basis_text(enum outcome_basis basis);

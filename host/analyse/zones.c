@@ -173,6 +173,45 @@ enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_
     return status;
 }
 
+/* remaining slack of a segment whose joints are all closed, to 0.001 in each */
+#define ALL_CLOSED_IN 0.009f
+
+/* Returns the end of a run of closed segments up to, but without, segment `end`. */
+static double find_run_end_ft(const float *slack_in, const float *remaining_in, unsigned end)
+{
+    unsigned last = end - 1;
+    double open_share = 0.0;
+    if (slack_in[last] >= ZONES_CLOSED_SEGMENT_MAX_IN && remaining_in[last] > ALL_CLOSED_IN)
+        open_share = (double)(remaining_in[last] / slack_in[last]);
+    else if (end < MR_SEGMENTS && slack_in[end] > remaining_in[end])
+        open_share = (double)(remaining_in[end] / slack_in[end]) - 1.0;
+    return (double)MR_SEGMENT_LENGTH_FT * (end - open_share);
+}
+
+void zones_find_closed_run(const float *slack_in, const float *remaining_in, double wheel_ft,
+                           struct mr_closure_zone *zone)
+{
+    double longest_ft = 0.0;
+    *zone = (struct mr_closure_zone){0};
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        unsigned first = s;
+        while (s < MR_SEGMENTS && remaining_in[s] < ZONES_CLOSED_SEGMENT_MAX_IN)
+            s++;
+        if (s == first)
+            continue;
+        double start_ft = fmax(first * (double)MR_SEGMENT_LENGTH_FT,
+                               isnan(wheel_ft) ? 0.0 : wheel_ft),
+               end_ft = find_run_end_ft(slack_in, remaining_in, s);
+        unsigned mats = end_ft > start_ft
+                          ? (unsigned)((end_ft - start_ft) / (double)MR_MAT_LENGTH_FT + 0.5)
+                          : 0;
+        if (mats == 0 || !(end_ft - start_ft > longest_ft))
+            continue;
+        longest_ft = end_ft - start_ft;
+        *zone = (struct mr_closure_zone){mats, (float)start_ft, (float)end_ft};
+    }
+}
+
 void zones_find_closed_segments(const struct measured *measured, const struct zones_slack *closure,
                                 size_t sample, float remaining_in[MR_SEGMENTS],
                                 struct mr_closure_zone *zone)
@@ -195,6 +234,7 @@ void zones_find_closed_segments(const struct measured *measured, const struct zo
         .wheel_ft = (float)measured_station_ft(measured, t_s),
     };
     mr_closure_find_zone(&input, zone, remaining_in);
+    zones_find_closed_run(closure->slack_in, remaining_in, (double)input.wheel_ft, zone);
 }
 
 /* ---- answer ---- */

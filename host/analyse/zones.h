@@ -90,6 +90,25 @@ struct zones_slack {
 };
 enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_slack *closure,
                                  struct error *error);
+
+/* A segment counts as closed if its remaining slack is below this limit, in inches: nine joints
+ * closed to 0.001 in each, the survey's error of 0.005 in, and 0.016 in of open joints. The board's
+ * limit (common/closure.h) is twice as large, because a board must not miss a zone. Of zones that
+ * were measured so, it makes the lengths too large by 16 mats in the median (tests/score/outcome.c). */
+#define ZONES_CLOSED_SEGMENT_MAX_IN 0.03f
+/* Standard error of the length of a measured zone, and of an end that is not at the wheel, in mats:
+ * 68 % of the errors are smaller, 90 % are below 30 mats (tests/score/outcome.c). */
+#define ZONES_ERROR_MATS            10
+
+/* Finds the longest run of closed segments that ends ahead of the wheel; of equally long runs, the
+ * nearest. A run that contains the wheel begins at the wheel. A run ends inside a segment that
+ * closed only in part: movement closes joints from the upfield end, so of such a segment the same
+ * share of joints is closed as of its slack. `slack_in` is the slack before the movement, and
+ * `remaining_in` the slack that is left (MR_SEGMENTS values each; NaN: not known). */
+void zones_find_closed_run(const float *slack_in, const float *remaining_in, double wheel_ft,
+                           struct mr_closure_zone *zone);
+/* Computes the remaining slack of each segment and the longest run of closed segments at a sample
+ * of the landing. */
 void zones_find_closed_segments(const struct measured *measured, const struct zones_slack *closure,
                                 size_t sample, float remaining_in[MR_SEGMENTS],
                                 struct mr_closure_zone *zone);

@@ -206,28 +206,25 @@ double compare_compute_time_error_s(const struct compare_timing *clock, double t
 #define ZONE_SEARCH_STEP_S 0.02
 #define SETTLING_S         0.3 /* time from the stop until the mats are at rest */
 #define MAT_FT             ((double)MR_MAT_LENGTH_FT)
-#define SEGMENT_FT         ((double)MR_SEGMENT_LENGTH_FT)
 
-struct compare_zone compare_find_closed_zone(const float *remaining_in, double wheel_ft)
+static struct compare_zone convert_closed_run(const struct mr_closure_zone *run, double wheel_ft)
 {
-    struct compare_zone best = {.is_known = true};
-    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-        unsigned end = s;
-        while (end < MR_SEGMENTS && remaining_in[end] < MR_CLOSED_SEGMENT_MAX_IN)
-            end++;
-        double start_ft = fmax(s * SEGMENT_FT, isnan(wheel_ft) ? 0.0 : wheel_ft),
-               end_ft = end * SEGMENT_FT;
-        double mats = (end_ft - start_ft) / MAT_FT;
-        if (end > s && mats > best.mats + 0.5) {
-            best.mats = mats;
-            best.start_ft = start_ft;
-            best.end_ft = end_ft;
-            best.start_error_ft = best.end_error_ft = SEGMENT_FT / sqrt(12.0);
-        }
-        if (end > s)
-            s = end;
-    }
-    return best;
+    const double error_ft = ZONES_ERROR_MATS * MAT_FT;
+    return (struct compare_zone){.is_known = true,
+                                 .mats = (double)run->mats,
+                                 .start_ft = (double)run->start_ft,
+                                 .end_ft = (double)run->end_ft,
+                                 .start_error_ft = (double)run->start_ft > wheel_ft ? error_ft
+                                                                                    : 0.0,
+                                 .end_error_ft = error_ft};
+}
+
+struct compare_zone compare_find_closed_zone(const float *slack_in, const float *remaining_in,
+                                             double wheel_ft)
+{
+    struct mr_closure_zone run;
+    zones_find_closed_run(slack_in, remaining_in, wheel_ft, &run);
+    return convert_closed_run(&run, wheel_ft);
 }
 
 struct compare_overlap compare_compute_overlap(const struct compare_zone *a,
@@ -297,9 +294,7 @@ static struct compare_zone find_measured_zone(const struct measured *measured,
         !has_movement(measured, (size_t)sample))
         return (struct compare_zone){.is_known = false};
     zones_find_closed_segments(measured, survey, (size_t)sample, remaining_in, &run);
-    const double error_ft = SEGMENT_FT / sqrt(12.0);
-    return (struct compare_zone){
-        true, (double)run.mats, (double)run.start_ft, (double)run.end_ft, error_ft, error_ft};
+    return convert_closed_run(&run, (double)(float)measured_station_ft(measured, t_s));
 }
 
 static struct compare_zone find_simulated_zone(const struct compare_segment_openings *segments,
@@ -309,7 +304,8 @@ static struct compare_zone find_simulated_zone(const struct compare_segment_open
     if (segments->row_count == 0 || !(row >= 0.0))
         return (struct compare_zone){.is_known = false};
     size_t at = row < (double)segments->row_count ? (size_t)row : segments->row_count - 1;
-    return compare_find_closed_zone(segments->remaining_in + at * MR_SEGMENTS, wheel_ft);
+    return compare_find_closed_zone(segments->remaining_in,
+                                    segments->remaining_in + at * MR_SEGMENTS, wheel_ft);
 }
 
 struct zone_input {

@@ -81,14 +81,10 @@ struct compare_timing {
 void compare_timing_init(const struct measured *measured, struct compare_timing *clock);
 double compare_compute_time_error_s(const struct compare_timing *clock, double t_s);
 
-/* Zones of closed mats at the same moment: measured (survey and transducers, common/closure.h),
- * reported by the board, and simulated.
- *
- * A simulated segment of ten mats counts as closed if the sum of its joint openings is less than
- * MR_CLOSED_SEGMENT_MAX_IN, the same criterion as for a measured segment. Both zones therefore
- * begin and end at segments, 2.86 ft apart, or at the wheel; the standard error of an end is a
- * segment / sqrt(12). The zone that the board reports has its own standard errors. Stations are in
- * ft. */
+/* Zones of closed mats at the same moment: measured (survey and transducers), reported by the board,
+ * and simulated. The measured and the simulated zone are both found from the remaining slack of
+ * segments of ten mats, with the same errors (host/analyse/zones.h). The zone that the board reports
+ * has its own standard errors. Stations are in ft. */
 
 enum compare_zone_source {
     COMPARE_MEASURED,
@@ -132,9 +128,9 @@ const struct compare_zone_moment *compare_find_moment(const struct compare_zones
 struct compare_overlap compare_compute_overlap(const struct compare_zone *measured,
                                                const struct compare_zone *other);
 
-/* Finds the longest run of segments with remaining openings below MR_CLOSED_SEGMENT_MAX_IN whose
- * end is ahead of the wheel. A run that contains the wheel begins at the wheel. */
-struct compare_zone compare_find_closed_zone(const float *remaining_in, double wheel_ft);
+/* zones_find_closed_run, with standard errors; an end at the wheel has none. */
+struct compare_zone compare_find_closed_zone(const float *slack_in, const float *remaining_in,
+                                             double wheel_ft);
 
 /* The board's messages in order of time. `prediction` has the errors of the zones and may be
  * empty. */

@@ -634,9 +634,8 @@ static void write_warnings(const struct report *report, FILE *out)
         "in the survey after the landing. Times count from touchdown. Lead time: time from the "
         "first "
         "warning until the wheel reached 50 closed mats, negative if the warning was later; in "
-        "brackets: the same for 40 and 60 mats, because survey segments have ten mats. A measured "
-        "zone of 40 to 60 mats is within this resolution of the limit of 50 mats: such an outcome "
-        "is uncertain.");
+        "brackets: 75 %% interval. A measured zone has a standard error of ten mats, so an outcome "
+        "is uncertain if the zone has 40 to 60 mats.");
     report_write_answer(answer, out);
 }
 

@@ -374,7 +374,7 @@ static void draw_closed_segments(struct figure *figure, const struct report_land
             continue;
         zones_find_closed_segments(measured, &landing->survey, i, remaining_in, &zone);
         for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-            bool closed = remaining_in[s] < MR_CLOSED_SEGMENT_MAX_IN;
+            bool closed = remaining_in[s] < ZONES_CLOSED_SEGMENT_MAX_IN;
             if (closed && isnan(since_s[s])) {
                 since_s[s] = t_s;
             } else if (!closed && !isnan(since_s[s])) {

@@ -380,11 +380,12 @@ static void put_outcome_counts_fact(const struct report *report, FILE *out)
     for (size_t i = 0; i < report->landings; i++) {
         const struct record_row *row = &report->facts[i].warning_record;
         if (record_is_marginal(row))
-            fprintf(out,
-                    " <small>RUN %lld reached %lld mats: within the resolution (%d mats) of the "
-                    "limit (%d mats)</small>",
-                    (long long)row->run, (long long)row->outcome.longest_mats,
-                    OUTCOME_RESOLUTION_MATS, OUTCOME_MIN_ZONE_MATS);
+            fprintf(
+                out,
+                " <small>RUN %lld reached %lld \xc2\xb1 %d mats: within the standard error of the "
+                "limit (%d mats)</small>",
+                (long long)row->run, (long long)row->outcome.longest_mats, ZONES_ERROR_MATS,
+                OUTCOME_MIN_ZONE_MATS);
     }
     if (report->landings && count[RECORD_NOT_KNOWN] == report->landings && report->run)
         put_missing_value(out, "", report->facts[0].outcome_reason);

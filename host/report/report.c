@@ -104,7 +104,7 @@ static void set_zones(const struct report_landing *landing, struct report_facts 
     zones_find_closed_segments(measured, &landing->survey, measured->samples - 1, remaining_in,
                                &zone);
     for (unsigned s = 0; s < MR_SEGMENTS && s < 64; s++)
-        facts->closed_segments |= remaining_in[s] < MR_CLOSED_SEGMENT_MAX_IN ? 1ull << s : 0ull;
+        facts->closed_segments |= remaining_in[s] < ZONES_CLOSED_SEGMENT_MAX_IN ? 1ull << s : 0ull;
 }
 
 /* ---- comparison ---- */

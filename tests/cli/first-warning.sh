@@ -18,7 +18,7 @@ same() { echo "$1; wanted $2"; [ "$1" = "$2" ]; }
 it_warned() { echo "block $block, zero $zero_us us, $want s"; [ -n "$block" ] && awk -v t="$want" 'BEGIN {exit !(t > 1 && t < 4)}'; }
 in_the_log() { grep "^  zone  *warned $want s after touchdown, decided in block $block$" "$tmp/log.txt"; }
 short() { # the lines that matter; --all has what show has
-    [ "$(wc -l <"$tmp/log.txt")" -le 13 ] && grep -E '^  outcome  *(hit, lead time|warned, but too late, by) about [0-9.]+ s \([-0-9.]+ (to [-0-9.]+ s|s or (more|less)) at the resolution of 10 mats\): the board warned [0-9.]+ s after touchdown; the wheel reached 50 closed mats about [0-9.]+ s after touchdown' "$tmp/log.txt" &&
+    [ "$(wc -l <"$tmp/log.txt")" -le 13 ] && grep -E '^  outcome  *(hit|warned, but too late), lead time about [-0-9.]+ s \(75 % interval: [-0-9.]+ (to [-0-9.]+ s|s or more)\): the board warned [0-9.]+ s after touchdown; the wheel reached 50 closed mats about [0-9.]+ s after touchdown' "$tmp/log.txt" &&
         grep -x "  more  *matrig show $db 1" "$tmp/log.txt" && ! grep -q '^ *transducer' "$tmp/log.txt" &&
         m --quiet log --all --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/all.db" >"$tmp/all.txt" && m show "$tmp/all.db" 1 | diff - "$tmp/all.txt"
 }
@@ -38,9 +38,9 @@ outcome, lines = shown["outcome"], [re.search("^  outcome +(.*)$", read(name), r
 page = re.search('<p class="outcome"><strong>Outcome: (.*?)[.]</strong>', read("outcome.html")).group(1)
 print(outcome, lines, page, sep="\n")
 assert logged["outcome"] == outcome and lines[0] == lines[1] and lines[0] == html.unescape(page) + ": " + outcome["evidence"]
-sign, low, high = -1 if outcome["lead_s"] < 0 else 1, outcome["lead_low_s"], outcome["lead_high_s"]
-words = outcome["result"] + ", " + ("by" if sign < 0 else "lead time") + " about %.1f s" % (sign * outcome["lead_s"])
-words += " (%.1f s or " % (sign * low) if high is None else " (%.1f to %.1f s at" % tuple(sorted((sign * low, sign * high)))
+low, high = outcome["lead_low_s"], outcome["lead_high_s"]
+words = outcome["result"] + ", lead time about %.1f s" % outcome["lead_s"]
+words += " (75 %% interval: %.1f s or more)" % low if high is None else " (75 %% interval: %.1f to %.1f s)" % (low, high)
 assert lines[0].startswith(words), words
 assert not [key for key in shown["zone"] if "lead" in key or key == "reached"], shown["zone"]
 P

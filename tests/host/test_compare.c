@@ -264,23 +264,33 @@ TEST(errors_of_a_sample)
 TEST(zones_by_segments)
 {
     const double segment_ft = 20.0 / 7.0;
-    float left_in[MR_SEGMENTS];
+    float slack_in[MR_SEGMENTS], left_in[MR_SEGMENTS];
     for (unsigned k = 0; k < MR_SEGMENTS; k++)
-        left_in[k] = 0.2f;
-    struct compare_zone none = compare_find_closed_zone(left_in, 50.0);
+        slack_in[k] = left_in[k] = 0.2f;
+    struct compare_zone none = compare_find_closed_zone(slack_in, left_in, 50.0);
     assert_true(none.is_known && none.mats == 0.0);
     for (unsigned k = 20; k < 25; k++)
-        left_in[k] = 0.01f;
-    left_in[30] = 0.01f;
-    struct compare_zone ahead = compare_find_closed_zone(left_in, 50.0);
+        left_in[k] = 0.009f;
+    left_in[30] = 0.009f;
+    struct compare_zone ahead = compare_find_closed_zone(slack_in, left_in, 50.0);
     assert_near(ahead.mats, 50.0, 1e-3);
     assert_near(ahead.start_ft, 20.0 * segment_ft, 1e-4);
     assert_near(ahead.end_ft, 25.0 * segment_ft, 1e-4);
-    struct compare_zone in = compare_find_closed_zone(left_in, 60.0); /* the wheel is in it */
+    struct compare_zone in = compare_find_closed_zone(slack_in, left_in,
+                                                      60.0); /* the wheel is in it */
     assert_near(in.start_ft, 60.0, 1e-9);
-    assert_near(in.mats, (25.0 * segment_ft - 60.0) * 3.5, 1e-3);
-    struct compare_zone beyond = compare_find_closed_zone(left_in, 75.0);
+    assert_near(in.mats, 40.0, 1e-9); /* 40.0 mats */
+    assert_near(in.start_error_ft, 0.0, 1e-9);
+    assert_near(in.end_error_ft, segment_ft, 1e-6);
+    struct compare_zone beyond = compare_find_closed_zone(slack_in, left_in, 75.0);
     assert_near(beyond.start_ft, 30.0 * segment_ft, 1e-4);
+    left_in[25] = 0.04f; /* four fifths are closed */
+    struct compare_zone partly = compare_find_closed_zone(slack_in, left_in, 50.0);
+    assert_near(partly.end_ft, 25.8 * segment_ft, 1e-4);
+    assert_near(partly.mats, 58.0, 1e-9);
+    left_in[24] = 0.02f; /* a tenth is open: nothing beyond it counts */
+    partly = compare_find_closed_zone(slack_in, left_in, 50.0);
+    assert_near(partly.end_ft, 24.9 * segment_ft, 1e-4);
     /* 57.14 to 71.43 against 60 to 80: 11.43 ft of 22.86 */
     struct compare_overlap o =
         compare_compute_overlap(&ahead, &(struct compare_zone){true, 70.0, 60.0, 80.0, 0.0, 0.0});

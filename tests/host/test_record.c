@@ -204,9 +204,11 @@ TEST(each_kind)
     assert_near(record.row[0].warned_t_s, WARNED_AT_S, 0.051);
     assert_near(record.row[0].lead_time_s, FAR_AT_S - WARNED_AT_S, 0.06);
     assert_near(record.row[8].outcome.reached_t_s, NEAR_AT_S, 0.021);
-    assert_near(record.row[0].lead_time_low_s, record.row[0].lead_time_s,
-                0.0); /* 60 mats at once */
-    assert_near(record.row[0].lead_time_high_s, record.row[0].lead_time_s, 0.0);
+    /* 60 mats at once: 4.86 ft before the zone at 1.764 s, inside it at 2.008 s */
+    assert_near(record.row[0].outcome.reached_earliest_s, 1.764, 0.021);
+    assert_near(record.row[0].outcome.reached_latest_s, 2.008, 0.021);
+    assert_near(record.row[0].lead_time_low_s, 1.764 - WARNED_AT_S, 0.06);
+    assert_near(record.row[0].lead_time_high_s, 2.008 - WARNED_AT_S, 0.06);
     assert_near(record.row[9].lead_time_s, NEAR_AT_S - WARNED_AT_S, 0.06);
     has_json(&record.row[0], "hit", 1);
     has_json(&record.row[1], "missed", 1);

@@ -1,5 +1,5 @@
 # The predictor on landings that are not its model.
-score_programs := risk foresight
+score_programs := risk foresight outcome
 score_mains := $(patsubst %,tests/score/%.c,main $(score_programs))
 score_parts := $(patsubst %.c,$(B)/%.o,$(filter-out $(score_mains),$(wildcard tests/score/*.c)))
 $(patsubst %,$(B)/tests/score/%,$(score_programs)): %: %.o $(score_parts) $(host_lib) $(common_lib)
@@ -19,3 +19,8 @@ score-foresight: $(B)/tests/score/foresight ## longer | FROM=700 SERIES=60: what
 	$(B)/tests/score/foresight $(B)/score learn
 	$(B)/tests/score/foresight $(B)/score play $(or $(FROM),700) $(or $(SERIES),60)
 	$(B)/tests/score/foresight $(B)/score table $(or $(FROM),700) $(or $(SERIES),60) | tee $(B)/score/foresight.txt
+
+.PHONY: score-outcome
+score-outcome: $(B)/tests/score/outcome ## longer | FROM=6000 SERIES=100: how well transducers and survey tell which zone the wheel reached: build/score/outcome.txt (2 min)
+	@mkdir -p $(B)/score
+	$(B)/tests/score/outcome $(B)/score $(or $(FROM),6000) $(or $(SERIES),100) chain elastic late shut patchy heavy pulsed | tee $(B)/score/outcome.txt
