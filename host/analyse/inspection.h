@@ -34,6 +34,7 @@ struct inspection_field {
     double pass_low, pass_high; /* NaN: no limit */
     const char *limit;          /* source of the limits; NULL: none */
     const char *choices;        /* "coast|truck" */
+    const char *after; /* the field is meaningless without this choice, or if it is "open" */
 };
 struct inspection_kind {
     const char *name, *words, *source;

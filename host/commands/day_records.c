@@ -1,6 +1,7 @@
 /* Questions of the command matrig day for records of a landing (host/store/records.def). */
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "host/base/xmalloc.h"
 #include "host/commands/day.h"
@@ -21,7 +22,9 @@ static bool ask_record(const char *db, int64_t run, const struct inspection_kind
     day_add_word(&line, run_text);
     for (const struct inspection_field *field = kind->field; field->name && goes_on; field++) {
         const char *unit = field->choices ? field->choices : inspection_unit(field, false);
-        if (field->marked)
+        const char *choice = field->after ? json_string_value(json_object_get(values, field->after))
+                                          : "";
+        if (field->marked || !choice || strcmp(choice, "open") == 0)
             continue;
         bool ends = field == kind->field && !inspection_is_single(kind);
         inspection_format(field, field->from_last || again ? last : NULL, was);
