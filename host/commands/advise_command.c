@@ -109,21 +109,22 @@ static void begin_advice_load(const struct request *r, struct store *store,
 /* A quantity that is predicted from the condition `field` of a landing. The relation is fitted to
  * earlier landings in which the condition `filter_field` was `filter_choice`. */
 struct rig_relation {
-    const char *name, *label;                         /* name and label of the prediction */
+    const char *option, *name, *label;                /* name and label of the prediction */
     const char *field, *filter_field, *filter_choice; /* such as "temperature_f", "brake", "none" */
     enum unit_kind unit; /* of a speed or a deceleration; the square of a speed is linear */
 };
 
-static void add_relation(const struct request *r, struct store *store,
-                         const struct inspections *all, const struct rig_relation *relation,
-                         const char *given, struct answer *answer)
+#define RELATION_LANDINGS_MIN 3
+
+/* Fitted before the advice is computed, which takes minutes. Returns the number of landings. */
+static size_t predict_relation(const struct request *r, struct store *store,
+                               const struct inspections *all, const struct rig_relation *relation,
+                               const char *given, struct estimate *predicted)
 {
     const struct inspection_kind *kind = NULL;
-    struct estimate predicted;
-    struct error error = {0};
     size_t count = 0;
     if (!given)
-        return;
+        return 0;
     double *x = xcalloc(2 * all->count + 2, sizeof *x), *y = x + all->count + 1;
     json_t *values = json_object();
     char *word = xasprintf("%s=%s", relation->field, given);
@@ -146,22 +147,35 @@ static void add_relation(const struct request *r, struct store *store,
         count += found && !is_void && y[count] > 0.0;
     }
     double at = inspection_number(values, relation->field).value;
-    if (rig_predict_next_landing(x, y, count, at, relation->unit == UNIT_SPEED, &predicted,
-                                 &error) == MR_OK) {
-        answer_estimate(answer, relation->name, relation->label, relation->unit, predicted.value,
-                        predicted.error, 2);
-        answer_remark(answer, " in the next landing, from %zu landings", count);
-    } else
-        answer_no_value(answer, relation->name, relation->label, error.text);
+    if (count < RELATION_LANDINGS_MIN)
+        error_set(fatal, MR_TOO_FEW,
+                  "too few landings for %s: %zu with %s and %s=%s, and %d are needed; record them "
+                  "with matrig record %s conditions RUN %s=VALUE %s=%s",
+                  relation->option, count, relation->field, relation->filter_field,
+                  relation->filter_choice, RELATION_LANDINGS_MIN, r->db, relation->field,
+                  relation->filter_field, relation->filter_choice);
+    rig_predict_next_landing(x, y, count, at, relation->unit == UNIT_SPEED, predicted, fatal);
     free(x);
     free(word);
     json_decref(values);
+    return count;
 }
 
-static const struct rig_relation drag_relation = {
-    "bearing_drag", "drag without brakes", "temperature_f", "brake", "none", UNIT_DECELERATION};
-static const struct rig_relation coasting_relation = {
-    "coasting_speed", "speed by coasting", "release_ft", "drive", "coast", UNIT_SPEED};
+static void add_relation(const struct rig_relation *relation, size_t count,
+                         struct estimate predicted, struct answer *answer)
+{
+    if (!count)
+        return;
+    answer_estimate(answer, relation->name, relation->label, relation->unit, predicted.value,
+                    predicted.error, 2);
+    answer_remark(answer, " in the next landing, from %zu landings", count);
+}
+
+static const struct rig_relation relations[] = {{"--temperature", "bearing_drag",
+                                                 "drag without brakes", "temperature_f", "brake",
+                                                 "none", UNIT_DECELERATION},
+                                                {"--release", "coasting_speed", "speed by coasting",
+                                                 "release_ft", "drive", "coast", UNIT_SPEED}};
 
 static int run_advise(struct request *r, const struct cli *cli)
 {
@@ -171,9 +185,15 @@ static int run_advise(struct request *r, const struct cli *cli)
     struct runway_client talk;
     struct progress progress;
     struct mr_risk_plan plan;
+    struct estimate predicted[2];
+    const char *const given[2] = {r->temperature, r->release};
+    size_t counts[2];
     struct store *store = program_open_campaign(r->db, r->keep_runway ? STORE_OPEN : STORE_READ);
     store_find_run(store, &r->advise.before_run, fatal);
     advise_begin(store, &r->advise, &advise, fatal);
+    for (int i = 0; i < 2; i++)
+        counts[i] = predict_relation(r, store, &advise.history.inspections, &relations[i], given[i],
+                                     &predicted[i]);
     if (r->load)
         begin_advice_load(r, store, &advise, &talk);
     progress_begin(&progress, "advise", "fewer --members", cli->quiet);
@@ -192,8 +212,8 @@ static int run_advise(struct request *r, const struct cli *cli)
     }
     bool failed = error.status != MR_OK; /* the advice is printed first, even if loading failed */
     advise_to_answer(&advise, answer);
-    add_relation(r, store, &advise.history.inspections, &drag_relation, r->temperature, answer);
-    add_relation(r, store, &advise.history.inspections, &coasting_relation, r->release, answer);
+    for (int i = 0; i < 2; i++)
+        add_relation(&relations[i], counts[i], predicted[i], answer);
     answer_flag(answer, "loaded", r->load ? "loaded into the board" : NULL, r->load && !failed);
     int code = advise.verdict == ADVISE_AGAINST ? mr_status_exit_code(MR_LIMIT) : 0;
     advise_free(&advise);
