@@ -689,12 +689,11 @@ static void add_notes(const struct advise *advise, struct answer *answer)
             "the model has not been updated from any landing: the ranges are the initial ones");
     if (advise->skipped_landings)
         answer_words(answer, NULL, "note",
-                     "%zu landings without a measured stop were not used; their effect on the "
-                     "joints is unknown",
+                     "landings without a measured stop: %zu; they were not used, and their effect "
+                     "on the joints is unknown",
                      advise->skipped_landings);
     if (history->voided_landings)
-        answer_words(answer, NULL, "note", "%zu void landings were left out",
-                     history->voided_landings);
+        answer_words(answer, NULL, "note", "void landings left out: %zu", history->voided_landings);
     if (history->surveyed_segments < history->segment_count)
         answer_words(answer, NULL, "note",
                      "%u of %u segments were surveyed since the last landing; the openings of the "
@@ -706,9 +705,9 @@ static void add_notes(const struct advise *advise, struct answer *answer)
                      "be those of a newly laid runway");
     if (advise->repair_count)
         answer_words(answer, NULL, "note",
-                     "%zu repairs: the openings of these joints are assumed to be those of newly "
+                     "%zu repair%s: the openings of these joints are assumed to be those of newly "
                      "laid mats",
-                     advise->repair_count);
+                     advise->repair_count, advise->repair_count == 1 ? "" : "s");
     if (advise->is_plan_outside_range)
         answer_words(answer, NULL, "note",
                      "the plan is outside the range of the earlier landings: the uncertainty of "

@@ -255,9 +255,9 @@ static void add_contents(const char *db, size_t landings, size_t series, size_t 
         answer_sentence(answer, NULL, "no survey yet; begin one with matrig survey %s", db);
     if (series + surveys > 0)
         answer_sentence(answer, NULL,
-                        "%zu series (matrig landing %s), %zu surveys (matrig survey "
+                        "%zu series (matrig landing %s), %zu survey%s (matrig survey "
                         "%s --show)",
-                        series, db, surveys, db);
+                        series, db, surveys, surveys == 1 ? "" : "s", db);
 }
 
 /* Largest number of landings for which the list includes the record of warnings and advice, which
