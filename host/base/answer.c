@@ -705,8 +705,13 @@ static void html_print_table(const struct answer *answer, size_t table, FILE *ou
               : html_has_long_text(answer, table, column->label) ? "<th class=\"long\">"
                                                                  : "<th>",
               out);
-        for (const char *at = column->label; *at; at++)
-            html_write_bytes(out, *at == '|' ? " " : at, 1);
+        for (const char *at = column->label; *at;) {
+            size_t length = strcspn(at, "|");
+            html_write_bytes(out, at, length);
+            at += length;
+            if (*at && at++)
+                fputc(' ', out);
+        }
         if (column->unit && column->unit->text[0]) {
             fputs(" (", out);
             html_write_text(out, column->unit->text);
