@@ -78,6 +78,8 @@ const char *inspection_unit(const struct inspection_field *field, bool si)
         return "";
     if (is_temperature(field))
         return si ? DEGREE "C" : DEGREE "F";
+    if (si && strcmp(unit, "in2") == 0)
+        return "cm2";
     for (enum unit_kind of = 0; si && of < UNIT_KIND_COUNT; of++)
         if (strcmp(unit_of(of, false)->text, unit) == 0)
             return unit_of(of, true)->text;
@@ -115,16 +117,24 @@ void inspection_format(const struct inspection_field *field, const json_t *value
 }
 
 /* Temperatures are converted here, because their units differ in zero as well as in scale.
- * `is_value`: the number is not the standard error of a temperature. */
+ * `is_value`: the number is not the standard error of a temperature. A converted number is rounded
+ * to 9 digits, so that it is legible where it is shown. */
 static enum mr_status read_quantity(const struct inspection_field *field, const char *text,
                                     bool is_value, double *value, struct error *error)
 {
     const char *end;
     double number = mr_decimal_read(text, &end);
     const char *unit = end + strspn(end, " ");
-    if (!is_temperature(field))
-        return quantity_read(text, field->name, quantity_unit_of_name(field->name), NULL, value,
-                             error);
+    char rounded[40];
+    if (!is_temperature(field)) {
+        if (quantity_read(text, field->name, quantity_unit_of_name(field->name), NULL, value,
+                          error) != MR_OK)
+            return error->status;
+        snprintf(rounded, sizeof rounded, "%.9g", *value);
+        if (fabs(*value - number) > 0.0)
+            *value = mr_decimal_read(rounded, &end);
+        return MR_OK;
+    }
     unit += strncmp(unit, DEGREE, 2) == 0 ? 2u : strncasecmp(unit, "deg", 3) == 0 ? 3u : 0u;
     unit += strspn(unit, " ");
     const int letter = toupper((unsigned char)unit[0]);
@@ -382,6 +392,14 @@ bool inspection_is_valid(const struct inspection *entry, const struct inspection
            (!run || entry->row.run == run);
 }
 
+bool inspection_has(const struct inspections *all, const struct inspection_kind *kind, int64_t run)
+{
+    for (size_t i = 0; i < all->count; i++)
+        if (inspection_is_valid(&all->entry[i], kind, run))
+            return true;
+    return false;
+}
+
 const struct inspection *inspection_newest(const struct inspections *all,
                                            const struct inspection_kind *kind, int64_t run)
 {
@@ -428,21 +446,30 @@ const char *inspection_verdict_text(enum inspection_verdict verdict)
 
 /* ---- answers ---- */
 
+/* A number of up to `digits` digits; a large one without exponent. */
+static void format_number(double value, int digits, char out[40])
+{
+    snprintf(out, 40, fabs(value) < pow(10.0, digits) - 0.5 ? "%.*g" : "%.*f",
+             fabs(value) < pow(10.0, digits) - 0.5 ? digits : 0, value);
+}
+
 /* Like inspection_format, in the units of the answer. */
 static void format_shown(const struct inspection_field *field, const json_t *values, bool si,
                          char out[INSPECTION_TEXT_SIZE])
 {
-    const char *unit = quantity_unit_of_name(field->name);
     const bool celsius = si && is_temperature(field);
-    struct estimate n = inspection_number(values, field->name);
+    const struct estimate n = inspection_number(values, field->name);
+    const char *digest = json_string_value(json_object_get(values, "file_sha256"));
+    char value[40], error[40];
     double factor = celsius ? 1.0 / 1.8
-                  : si      ? quantity_convert(1.0, unit, inspection_unit(field, si))
+                  : si      ? quantity_convert(1.0, quantity_unit_of_name(field->name),
+                                               inspection_unit(field, si))
                             : 1.0;
     inspection_format(field, values, out);
-    const char *digest = json_string_value(json_object_get(values, "file_sha256"));
+    format_number(factor * (n.value - (celsius ? 32.0 : 0.0)), 6, value);
+    format_number(factor * n.error, 2, error);
     if (!isnan(n.value))
-        snprintf(out, INSPECTION_TEXT_SIZE, n.error > 0.0 ? "%.6g +- %.2g" : "%.6g",
-                 factor * (n.value - (celsius ? 32.0 : 0.0)), factor * n.error);
+        snprintf(out, INSPECTION_TEXT_SIZE, n.error > 0.0 ? "%s +- %s" : "%s", value, error);
     else if (field->type == INSPECTION_PICTURE && digest)
         snprintf(strchr(out, '\0'), 40, " (SHA-256 %.12s...)", digest);
 }
@@ -546,18 +573,40 @@ void inspection_add_table(const struct inspections *all, const struct inspection
     free(rows);
 }
 
-void inspection_add_failures(const struct inspection *entry, struct answer *answer)
+/* Adds a sentence for the records from number `from` of which this field has this verdict. */
+static void add_failure(const struct inspections *all, size_t from,
+                        const struct inspection_kind *kind, const struct inspection_field *field,
+                        enum inspection_verdict verdict, struct answer *answer)
 {
-    char text[INSPECTION_TEXT_SIZE], label[80];
-    for (const struct inspection_field *field = entry->kind->field; field->name; field++) {
-        if (judge_field(field, entry->values) <= INSPECTION_PASS)
+    const bool si = answer_is_si(answer);
+    char is[INSPECTION_TEXT_SIZE], label[80], place[UNIT_TEXT_SIZE], *list;
+    size_t length;
+    FILE *out = xopen_memstream(&list, &length);
+    format_label(field, si, label);
+    for (size_t i = from; i < all->count; i++) {
+        const struct inspection *entry = &all->entry[i];
+        if (entry->kind != kind || judge_field(field, entry->values) != verdict)
             continue;
-        format_shown(field, entry->values, answer_is_si(answer), text);
-        format_label(field, answer_is_si(answer), label);
-        answer_sentence(answer, NULL, "Record %lld, %s %s: %s (%s).", (long long)entry->row.id,
-                        label, text, inspection_verdict_text(judge_field(field, entry->values)),
-                        field->limit);
+        format_shown(field, entry->values, si, is);
+        if (kind->place == INSPECTION_STATION)
+            unit_value_text(UNIT_STATION, si, entry->row.place, 1, place);
+        else
+            snprintf(place, sizeof place, "%s %g", inspection_place_name(kind), entry->row.place);
+        fprintf(out, "%s %s (%s)", ftell(out) > 0 ? "," : "", is, place);
     }
+    fclose(out);
+    if (length)
+        answer_sentence(answer, NULL, "%s, %s:%s. Limit: %s.", label,
+                        inspection_verdict_text(verdict), list, field->limit);
+    free(list);
+}
+
+void inspection_add_failures(const struct inspections *all, size_t from, struct answer *answer)
+{
+    for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++)
+        for (const struct inspection_field *field = kind->field; field->name; field++)
+            for (int verdict = INSPECTION_FAIL; verdict > INSPECTION_PASS; verdict--)
+                add_failure(all, from, kind, field, (enum inspection_verdict)verdict, answer);
 }
 
 void inspection_add_json(const struct inspections *all, const struct inspection_kind *kind,
@@ -593,6 +642,7 @@ struct difference {
     struct answer *answer;
     int64_t run[2];
     size_t count;
+    const char *missing; /* shown where a landing has no value */
 };
 
 static void add_difference(struct difference *d, const char *kind, const char *field,
@@ -603,12 +653,12 @@ static void add_difference(struct difference *d, const char *kind, const char *f
     d->count++;
     answer_open_row(d->answer);
     answer_words(d->answer, "kind", NULL, "%s", kind);
-    answer_words(d->answer, "field", NULL, "%s", field);
+    answer_words_or_none(d->answer, "field", NULL, field, NULL);
     answer_words(d->answer, NULL, "difference", "%s", label);
     for (int i = 0; i < 2; i++) {
         char run[40];
         snprintf(run, sizeof run, "RUN %lld", (long long)d->run[i]);
-        answer_words_or_none(d->answer, i ? "to" : "from", run, i ? to : from, "-");
+        answer_words_or_none(d->answer, i ? "to" : "from", run, i ? to : from, d->missing);
     }
 }
 
@@ -632,24 +682,90 @@ static void add_journal_differences(struct store *store, struct difference *d, s
     add_difference(d, "landing", "weight_lb", "weight (lb)", weight[0], weight[1]);
 }
 
-size_t inspection_add_differences(struct store *store, const struct inspections *all, int64_t from,
-                                  int64_t to, struct answer *answer, struct error *error)
+/* Returns number `n` of the records of a kind that landing `run` has and `other` has not; NULL:
+ * there are fewer. */
+static const struct inspection *find_extra(const struct inspections *all,
+                                           const struct inspection_kind *kind, int64_t run,
+                                           int64_t other, size_t n)
 {
-    struct difference d = {answer, {from, to}, 0};
-    const bool si = answer_is_si(answer);
+    for (size_t i = 0; i < all->count; i++) {
+        bool is_common = !inspection_is_valid(&all->entry[i], kind, run);
+        for (size_t k = 0; k < all->count && !is_common; k++)
+            is_common = inspection_is_valid(&all->entry[k], kind, other) &&
+                        json_equal(all->entry[i].values, all->entry[k].values);
+        if (!is_common && n-- == 0)
+            return &all->entry[i];
+    }
+    return NULL;
+}
+
+static char *format_record(const struct inspection *entry, bool si)
+{
+    char is[INSPECTION_TEXT_SIZE], label[80], *text;
+    size_t length;
+    FILE *out = xopen_memstream(&text, &length);
+    for (const struct inspection_field *field = entry->kind->field; field->name; field++) {
+        format_shown(field, entry->values, si, is);
+        format_label(field, si, label);
+        if (is[0])
+            fprintf(out, "%s%s %s", ftell(out) > 0 ? ", " : "", label, is);
+    }
+    fclose(out);
+    return text;
+}
+
+/* Adds a difference in a kind with several records per landing, or in a kind of which one landing
+ * has no record. */
+static void add_whole_records(struct difference *d, const struct inspections *all,
+                              const struct inspection_kind *kind,
+                              const struct inspection *const entry[2])
+{
+    char *text[2];
+    for (int i = 0; i < 2; i++) {
+        if (!inspection_has(all, kind, d->run[i]))
+            d->missing = "no record";
+        text[i] = !entry[i]                  ? xstrdup("")
+                : inspection_is_single(kind) ? xasprintf("record %lld", (long long)entry[i]->row.id)
+                                             : format_record(entry[i], answer_is_si(d->answer));
+    }
+    add_difference(d, kind->name, NULL, kind->words, text[0], text[1]);
+    d->missing = "-";
+    free(text[0]);
+    free(text[1]);
+}
+
+static void add_fields(struct difference *d, const struct inspection_kind *kind,
+                       const struct inspection *const entry[2])
+{
+    const bool si = answer_is_si(d->answer);
+    char is[2][INSPECTION_TEXT_SIZE], label[80];
+    for (const struct inspection_field *field = kind->field; field->name; field++) {
+        for (int i = 0; i < 2; i++)
+            format_shown(field, entry[i]->values, si, is[i]);
+        format_label(field, si, label);
+        add_difference(d, kind->name, field->name, label, is[0], is[1]);
+    }
+}
+
+size_t inspection_add_differences(struct store *store, const struct inspections *all,
+                                  bool single_only, int64_t from, int64_t to, struct answer *answer,
+                                  struct error *error)
+{
+    struct difference d = {answer, {from, to}, 0, "-"};
     answer_open_table(answer, "differences", "");
     add_journal_differences(store, &d, error);
     for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++) {
-        const struct inspection_field *field = kind->field;
-        for (; field->name && inspection_is_single(kind); field++) {
-            char is[2][INSPECTION_TEXT_SIZE], label[80];
-            for (int i = 0; i < 2; i++) {
-                const struct inspection *entry = inspection_newest(all, kind, d.run[i]);
-                bool has = entry && entry->row.run == d.run[i];
-                format_shown(field, has ? entry->values : NULL, si, is[i]);
-            }
-            format_label(field, si, label);
-            add_difference(&d, kind->name, field->name, label, is[0], is[1]);
+        if (kind->place != INSPECTION_LANDING || (single_only && !inspection_is_single(kind)))
+            continue;
+        for (size_t n = 0;; n++) {
+            const struct inspection *const entry[2] = {find_extra(all, kind, from, to, n),
+                                                       find_extra(all, kind, to, from, n)};
+            if (!entry[0] && !entry[1])
+                break;
+            if (inspection_is_single(kind) && entry[0] && entry[1])
+                add_fields(&d, kind, entry);
+            else
+                add_whole_records(&d, all, kind, entry);
         }
     }
     answer_close_group(answer);

@@ -75,6 +75,8 @@ void inspection_free(struct inspections *all);
 /* Returns true for a valid record of this kind (NULL: any) and landing (0: any). */
 bool inspection_is_valid(const struct inspection *entry, const struct inspection_kind *kind,
                          int64_t run);
+/* Returns true if there is a valid record of this kind (NULL: any) and landing (0: any). */
+bool inspection_has(const struct inspections *all, const struct inspection_kind *kind, int64_t run);
 /* Returns the newest valid record of this kind, of the landing or the nearest one before it (run 0:
  * of any landing); NULL: none. A correction is as old as what it corrects. */
 const struct inspection *inspection_newest(const struct inspections *all,
@@ -115,13 +117,15 @@ const char *inspection_verdict_text(enum inspection_verdict verdict);
  * first, withdrawn ones last. `run` 0: all landings. */
 void inspection_add_table(const struct inspections *all, const struct inspection_kind *kind,
                           int64_t run, struct answer *answer);
-/* Adds a sentence for each value of a record that does not pass, with its limit. */
-void inspection_add_failures(const struct inspection *entry, struct answer *answer);
+/* Adds a sentence for each limit that records from number `from` do not pass, with their values. */
+void inspection_add_failures(const struct inspections *all, size_t from, struct answer *answer);
 /* Adds all rows with their history, only in the JSON. `kind` NULL: any. */
 void inspection_add_json(const struct inspections *all, const struct inspection_kind *kind,
                          int64_t run, struct answer *answer);
-/* Adds a row for each value in which two landings differ. Returns the number of rows. */
-size_t inspection_add_differences(struct store *store, const struct inspections *all, int64_t from,
-                                  int64_t to, struct answer *answer, struct error *error);
+/* Adds a row for each value or record in which two landings differ. `single_only`: only of kinds
+ * with one record per landing. Returns the number of rows. */
+size_t inspection_add_differences(struct store *store, const struct inspections *all,
+                                  bool single_only, int64_t from, int64_t to, struct answer *answer,
+                                  struct error *error);
 
 #endif

@@ -134,6 +134,7 @@ static const struct {
     {"_ft_s", "ft/s"},
     {"_lb", "lb"},
     {"_ft", "ft"},
+    {"_in2", "in2"},
     {"_in", "in"},
     {"_mm", "mm"},
     {"_m", "m"},

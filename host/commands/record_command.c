@@ -338,13 +338,10 @@ static void show_records(const struct cli *cli, const struct request *r,
 static void show_added(const struct inspections *all, size_t before, struct answer *answer)
 {
     enum inspection_verdict worst = INSPECTION_NO_LIMIT;
-    for (size_t i = before; i < all->count; i++) {
-        if (!all->entry[i].values)
-            continue;
+    for (size_t i = before; i < all->count; i++)
         if (inspection_judge(&all->entry[i]) > worst)
             worst = inspection_judge(&all->entry[i]);
-        inspection_add_failures(&all->entry[i], answer);
-    }
+    inspection_add_failures(all, before, answer);
     answer_count(answer, "added", "records added", (int64_t)(all->count - before));
     answer_count(answer, "record", "record", all->entry[all->count - 1].row.id);
     if (worst != INSPECTION_NO_LIMIT)
@@ -389,8 +386,12 @@ static int record_command(int argc, char **argv, const struct cli *cli)
         write_csv(&r, &all, run);
     else if (!r.compare)
         show_records(cli, &r, &all, run, answer);
-    else if (inspection_add_differences(store, &all, r.compare, run, answer, fatal) == 0)
-        answer_sentence(answer, NULL, "The conditions of the two landings do not differ.");
+    else if (inspection_add_differences(store, &all, false, r.compare, run, answer, fatal) == 0)
+        answer_sentence(answer, NULL,
+                        inspection_has(&all, NULL, run)
+                            ? "The records of RUN %lld and RUN %lld do not differ."
+                            : "Neither RUN %lld nor RUN %lld has a record.",
+                        (long long)r.compare, (long long)run);
     if (adds) {
         store_commit(store, fatal);
         if (all.count == before)
@@ -418,7 +419,7 @@ static const struct command_part parts[] = {
     OPTION_INTEGER("--withdraw", "N", withdraw, 1.0, 1e15, 0.0,
                    "withdraw record N; needs --reason. Old values stay in the campaign"),
     OPTION_RUN("--compare", "RUN", compare,
-               "list the differences between the conditions of two landings"),
+               "list the differences between the records of two landings"),
     OPTION_INTEGER("--measure", "N", measure, 1.0, 1e15, 0.0,
                    "write a web page with the picture of record N (-o F.html). There you mark two "
                    "points of known distance and a third point; the page prints the command that "

@@ -78,7 +78,7 @@ static void write_tables(const struct report *report, int64_t run, FILE *out)
         if ((kind->place == INSPECTION_LANDING) == (run > 0))
             inspection_add_table(all, kind, run, answer);
     if (all->count && run > 1)
-        inspection_add_differences(report->store, all, run - 1, run, answer, report->error);
+        inspection_add_differences(report->store, all, true, run - 1, run, answer, report->error);
     report_write_answer(answer, out);
 }
 

@@ -91,6 +91,12 @@ import json, sys
 d = {r["field"]: (r["from"], r["to"]) for r in json.load(open(sys.argv[1]))["differences"]}
 assert d == {"weight_lb": (None, "1300"), "temperature_f": ("68", "73.4 +- 1.8"), "planned_braking_ft_s2": ("4", "4.6")}, d
 PY
+    # damage: what only one of the landings has; no record of a kind is stated as such
+    cp "$tmp/none.db" "$tmp/w.db"
+    w() { $matrig --quiet record "$tmp/w.db" "$@"; }
+    w --compare 1 2 | grep '^Neither RUN 1 nor RUN 2 has a record\.$' && w damage 1 station_ft=85 what=weld >/dev/null && w damage 2 station_ft=85 what=weld >/dev/null && w --compare 1 2 | grep '^The records of RUN 1 and RUN 2 do not differ\.$' || return 1
+    w damage 2 station_ft=12 what=rivet pieces=2 >/dev/null && w conditions 1 drive=coast tire_psi=5 >/dev/null && w --compare 1 2 >"$tmp/said" && cat "$tmp/said" || return 1
+    grep '^  run conditions  *record 4  *no record$' "$tmp/said" && grep '^  damage  *-  *station (ft) 12, kind of damage rivet, number of pieces 2$' "$tmp/said" && [ "$(wc -l <"$tmp/said")" = 3 ]
 }
 csv_round_trip() {
     $matrig --quiet record "$tmp/copy.db" launch track_ft=375 drop_ft=20 glide_deg=3 overhang_ft=17 >/dev/null || return 1
@@ -148,6 +154,16 @@ assert {(k, round((a + b) / 2, 2)) for k, a, b, row in shapes if row == 0} == {(
 PY
     [ $? = 0 ] && cp "$tmp/none.db" "$tmp/c.db" && $matrig --quiet record "$tmp/c.db" conditions 1 drive=coast >/dev/null && $matrig --json report "$tmp/c.db" -o "$tmp/c.html" >/dev/null && ! grep 'damage and acceptance' "$tmp/c.html"
 }
+units_of_all() { # every number but a count has a unit; rounded when it is converted; large errors without exponent; one spelling on the page
+    $matrig --json record --kinds | python3 -c '
+import json, re, sys
+bare = {f for fields in json.load(sys.stdin).values() for f, text in fields.items() if re.search(r": [-0-9.e+]+ to [-0-9.e+]+($|[,;])", text)}
+assert bare == {"pieces", "repaired"}, bare' || return 1
+    cp "$tmp/none.db" "$tmp/u.db"
+    u() { $matrig --quiet record "$tmp/u.db" "$@"; }
+    u joint 3 stiffness_lb_ft=12000+-300 >/dev/null && u joint | grep ' 12000 +- 300 ' && u mat 3 weight_lb=200kg >/dev/null && u mat -o "$tmp/u.csv" && grep ',440.924524,' "$tmp/u.csv" || return 1
+    u conditions 1 planned_braking_ft_s2=4 tire_contact_in2=3.2 >/dev/null && $matrig --quiet report "$tmp/u.db" -o "$tmp/u.html" >/dev/null && grep -q 'planned braking (ft/s²)' "$tmp/u.html" && ! grep -o '>[^<>{}]*ft/s2[^<>{}]*<' "$tmp/u.html"
+}
 in_si() { $matrig --si record "$db" mat 2>&1 | tee "$tmp/said" | grep 'joint strength (N/m)' && grep "$(awk 'BEGIN {printf "%.6g", 12.8 * 4.4482216152605 / 0.0254}')" "$tmp/said" && $matrig --si record "$db" conditions | grep -F "23 +- 1 "; }
 bundled_repairs() { # RUN 2 is RUN 1 of the bundle, so what RUN 3 begins with is RUN 2
     cp "$tmp/none.db" "$tmp/b.db"
@@ -200,7 +216,7 @@ kept_values() { # FIELD= leaves a kept value out; a corrected old record is not 
     k subgrade 10 fill_in=24 cbr_percent=20 >/dev/null && k subgrade 20 fill_in=30 cbr_percent=21 >/dev/null && k --correct 4 fill_in=26 --reason x >/dev/null && k subgrade 30 cbr_percent=22 >/dev/null &&
         [ "$(field "$tmp/k.db" 7 "['fields']['fill_in']")" = 30.0 ]
 }
-names_the_limit() { record mat 30 joint_lb_in=11 weight_lb=0.45 >"$tmp/said" && grep 'joint strength (lb/in) 11: fail (report 2.5: ' "$tmp/said" && ! grep 'weight' "$tmp/said"; }
+names_the_limit() { record mat 30 joint_lb_in=11 weight_lb=0.45 >"$tmp/said" && grep 'joint strength (lb/in), fail: 11 (mat 30). Limit: report 2.5: ' "$tmp/said" && ! grep 'weight' "$tmp/said"; }
 headers() { # separators and columns, told as such
     printf 'mat;joint_lb_in\n20;12.5\n' >"$tmp/h.csv"
     fails_with 2 'h.csv, line 1: unknown field: .mat;joint_lb_in. .*commas separate the columns' $matrig record "$db" mat --csv "$tmp/h.csv" || return 1
@@ -216,12 +232,13 @@ day_asks_for_what_is_used() { # once a landing, with the last values; Enter keep
     day '1\njk\n\n\n\nq\n' "$tmp/d.db" && ! grep 'run conditions\|damage' "$tmp/said" || { cat "$tmp/said"; return 1; }
     $matrig --quiet record "$tmp/d.db" conditions 1 drive=coast tire_psi=5 end_weight_lb=200 >/dev/null && $matrig --quiet record "$tmp/d.db" damage 1 station_ft=12 what=rivet >/dev/null || return 1
     #     look  operator weight waves | coast kept, release height, plywood x 2, tires wrong and right, the rest | damage at 88, none more | note
-    day '1\njk\n\n\n\n8.5\nno\n\n500\n5.5\n\n\n\n\n\n\n\n\n70\n\n\n\n\n\n88\nweld\n\n\n\n\n\n\n\n\nq\n' "$tmp/d.db"
+    day '1\njk\n\n\n\n8.5\nno\n\n500\n5.5\n\n\n\n\n\n\n\n\n70\n\n\n\n\n\n88\nweld\n\n\n\n\n\n\n\nq\n' "$tmp/d.db"
     cat "$tmp/said"
-    [ "$(grep -o 'run conditions: ' "$tmp/said" | wc -l)" = 20 ] && grep -q 'propulsion on the track, coast|truck (Enter: coast): ' "$tmp/said" && grep -q 'tire pressure, psi (Enter: 5): ' "$tmp/said" || return 1
+    [ "$(grep -o 'run conditions: ' "$tmp/said" | wc -l)" = 20 ] && grep -q 'propulsion on the track, coast|truck (Enter: coast): ' "$tmp/said" && grep -q 'tire pressure, psi (Enter: 5): ' "$tmp/said" && ! grep 'after the repair' "$tmp/said" || return 1
     [ "$(sqlite3 "$tmp/d.db" "select fields from records where kind = 'conditions' order by id desc limit 1")" = '{"drive":"coast","end_weight_lb":200.0,"release_ft":8.5,"temperature_f":70.0,"tire_psi":5.5,"touchdown_plywood":"no"}' ] || { sqlite3 "$tmp/d.db" 'select * from records'; return 1; }
     [ "$(sqlite3 "$tmp/d.db" "select fields from records where kind = 'damage' order by id desc limit 1")" = '{"station_ft":88.0,"what":"weld"}' ] || return 1
-    day '1\njk\n\n\n\n\nq\n' "$tmp/d.db" && ! grep 'run conditions: ' "$tmp/said" # RUN 2 has them
+    day '1\njk\n\n\n80\nweld\n\n\n\n\nopen\n\n81\nweld\n\n\n\n\nrelaid\n3\n\n\n\nq\n' "$tmp/d.db" && ! grep 'run conditions: ' "$tmp/said" || return 1 # RUN 2 has them
+    [ "$(grep -o 'first RUN after the repair' "$tmp/said" | wc -l)" = 1 ] && [ "$(sqlite3 "$tmp/d.db" "select fields ->> 'repaired' from records order by id desc limit 1")" = 3.0 ]
 }
 answers_stay() { # before q and before the end of input
     cp "$tmp/none.db" "$tmp/q.db"
@@ -261,6 +278,10 @@ bad_sheets() {
 worst_of_a_sheet() {
     printf 'mat,joint_lb_in\n10,9\n11,14\n' >"$tmp/sheet.csv"
     $matrig record "$tmp/e.db" mat --csv "$tmp/sheet.csv" | tee "$tmp/said" | grep 'worst result *fail$' || { cat "$tmp/said"; return 1; }
+    # one sentence for one fault
+    printf 'mat,joint_lb_in\n20,9\n21,12.1+-0.2\n22,10.5\n23,14\n' >"$tmp/sheet.csv"
+    $matrig record "$tmp/e.db" mat --csv "$tmp/sheet.csv" >"$tmp/said" && cat "$tmp/said" && [ "$(grep -c '^joint strength' "$tmp/said")" = 2 ] &&
+        grep '^joint strength (lb/in), fail: 9 (mat 20), 10.5 (mat 22). Limit: report 2.5' "$tmp/said" && grep 'within its error of the limit: 12.1 +- 0.2 (mat 21). Limit: ' "$tmp/said"
 }
 during_a_log() { # the table is made while another program writes to the campaign
     local board log status=1
@@ -310,6 +331,7 @@ check "a picture has the digest of its file" pictures
 check "heights from marks in a picture" heights
 check "the report has them, escaped" in_the_report
 check "a map of damage and acceptance" map_in_the_report
+check "units of all numbers" units_of_all
 check "in SI" in_si
 check "passed on with a bundle" with_a_bundle
 check "a bundle renumbers the RUN of a repair" bundled_repairs
