@@ -126,10 +126,11 @@ void draw_path_free(struct draw_path *path);
 
 /* Finds failures. A failure is a stretch of nodes that rose by `limit_ft` or more, separated by
  * nodes that did not. A two-panel wave, which the aircraft presses flat, counts as a failure if it
- * rose so far; mats between failures count as pressed flat. `rise_ft` is as in sim_result, for nodes 1..nodes, with [0] unused; the runway's ends are ignored. The station of
- * a failure is where the wheel first reached it (`met_ft`, in order of time); otherwise it is that
- * of the highest node. Returns the number of failures, at most SERIES_FAILURES_MAX, in downfield
- * order in `failure_ft`. */
+ * rose so far; mats between failures count as pressed flat. `rise_ft` is as in sim_result, for
+ * nodes 1..nodes, with [0] unused; the runway's ends are ignored. The station of a failure is
+ * where the wheel first reached it (`met_ft`, in order of time); otherwise it is that of the
+ * highest node. Returns the number of failures, at most SERIES_FAILURES_MAX, in downfield order in
+ * `failure_ft`. */
 int series_find_failures(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
                          const double *met_ft, int met, double failure_ft[SERIES_FAILURES_MAX]);
 
