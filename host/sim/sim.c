@@ -54,7 +54,7 @@ static enum mr_status check_options(const struct sim_scene *scene,
     return MR_OK;
 }
 
-/* Writes why a run failed, with mat and time, and what to do. */
+/* Writes the reason why a run failed, with mat and time, and what to do. */
 static void format_reason(const struct sim_result *result, const struct sim_scene *scene, char *why,
                           size_t size)
 {
@@ -131,8 +131,8 @@ static void convert_to_scene_times(struct sim_result *result)
         result->outputs[k].t_s += result->start_s;
 }
 
-/* Sets status and error of a finished run. A run that was stopped during its check has a result
- * without error estimate. */
+/* Sets status and error of a finished run. If the run was stopped while it was being checked, the
+ * result has no error estimate. */
 static enum mr_status finish_result(struct sim_result *result, const struct sim_scene *scene,
                                     const struct deadline *deadline, struct error *error)
 {
@@ -394,8 +394,8 @@ static double error_or_nan(const struct sim_result *result, double error)
              : (double)NAN;
 }
 
-/* Adds the extremes to the answer. A failed run has none. For an interrupted run, only an existing
- * wave can be reported. */
+/* Adds the extremes to the answer. A failed run has none. For an interrupted run, only a wave that
+ * has already occurred is reported. */
 static void add_extremes(struct answer *answer, const struct sim_scene *scene,
                          const struct sim_result *result)
 {

@@ -6,16 +6,16 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
-/* True for a solver that this program lacks but matrig-study has: cvode, because matrig is not
+/* True for a solver that matrig-study has and this program does not: cvode, because matrig is not
  * linked with SUNDIALS. */
 bool sim_solver_is_left_out(const char *solver);
 
 /* Runs a scene. MR_OK: the result is SIM_OK. MR_NUMERICS: the run was refused for numerical
  * reasons, failed, or was interrupted; the result has the details, and `error` names mat and time.
- * An interrupted result has the values computed so far: outputs and samples up to t_s, from the
- * current pass, without an error estimate. MR_USAGE: the model, the solver or an option is not
- * available. MR_MALFORMED: the scene is invalid. The result is written in every case, and the
- * caller frees it. Scene and options are not changed. */
+ * An interrupted result has the values computed so far: the outputs and samples up to t_s of the
+ * pass that was interrupted, without an error estimate. MR_USAGE: the model, the solver or an
+ * option is not available. MR_MALFORMED: the scene is invalid. The result is written in every case,
+ * and the caller frees it. Scene and options are not changed. */
 enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *options,
                        struct sim_result *result, struct error *error);
 

@@ -11,37 +11,38 @@
 #include "host/sim/sim.h"
 #include "host/sim/solvers/pass.h"
 
-/* The reference is accurate enough if its two methods agree within this, ft */
+/* In ft. The reference is accurate enough if its two methods agree within this. */
 #define REFERENCE_AGREEMENT_FT  1e-10
-/* The reference uses this tolerance or a smaller one. The runs of the study use far larger
- * tolerances: with equal tolerances, two errors can agree by chance. */
+/* Largest tolerance of the reference. The runs of the study use far larger tolerances: with equal
+ * tolerances, two errors can agree by chance. */
 #define REFERENCE_RTOL_MAX      1e-12
 #define LOOSEST_RTOL_EXPONENT   3
 #define TIGHTEST_RTOL_EXPONENT  9
-#define REPEATED_RUN_MAX_MS     25.0 /* ms; shorter runs are repeated to measure their time */
+#define REPEATED_RUN_MAX_MS     25.0 /* In ms. Shorter runs are repeated to measure their time. */
 #define REPEATS_MAX             5
-/* Steps times mats of a reference run. A larger run is not repeated at a smaller tolerance. */
+/* Largest product of steps and mats of a reference run for which it is repeated with a smaller
+ * tolerance. */
 #define REFERENCE_MAT_STEPS_MAX 2e7
-#define TABLE_MAT_STEPS_MAX     6e7   /* limit of a run in the table, steps times mats */
+#define TABLE_MAT_STEPS_MAX     6e7   /* largest product of steps and mats of a run in the table */
 #define MAX_RUN_STEPS           30000 /* limit of every run, steps */
-#define TABLE_STEPS_PER_MAT     700   /* additional steps for each mat */
+#define TABLE_STEPS_PER_MAT     700   /* further allowed steps for each mat */
 /* Largest stable step of `event` / shortest time constant, approximately */
 #define EVENT_STABILITY         6.0
 /* End of the stability region of the classical method on the negative real axis. */
 #define RK4_STABILITY           2.785
-#define FIXED_STEP_RUNS         24 /* number of fixed steps below the limit */
-/* The first steps are a fifth of an octave apart, to show which runs are accurate by chance. The
- * others are half an octave apart. */
+#define FIXED_STEP_RUNS         24 /* number of fixed steps below the stability limit */
+/* The first runs, in number, have steps a fifth of an octave apart, to show which runs are accurate
+ * by chance. The others are half an octave apart. */
 #define CLOSE_STEP_RUNS         15
 #define FIRST_STEP_FRACTION     0.97 /* first step / stability limit */
 #define MIN_STEPS               20.0
-#define RK4_MAT_STEPS_MAX       6e7 /* limit of a run of rk4, steps times mats */
-/* Steps beyond the stability limit / limit. */
+#define RK4_MAT_STEPS_MAX       6e7 /* largest product of steps and mats of a run of rk4 */
+/* Steps beyond the stability limit, divided by the limit. */
 static const double steps_beyond_limit[] = {1.12, 1.05};
 
-/* Slopes are fitted to errors above SLOPE_ERROR_MIN_RATIO times the difference of the references
- * and below SLOPE_ERROR_MAX_SHARE times the peak. The largest error must be at least
- * SLOPE_ERROR_RANGE_MIN times the smallest. */
+/* The slope of the error is fitted to errors that are at least SLOPE_ERROR_MIN_RATIO times the
+ * difference of the references and at most SLOPE_ERROR_MAX_SHARE times the peak. The largest of
+ * them must be at least SLOPE_ERROR_RANGE_MIN times the smallest. */
 #define SLOPE_ERROR_MIN_RATIO 10.0
 #define SLOPE_ERROR_MAX_SHARE 0.1
 /* possible sum of rounding errors over 1e5 steps, as a fraction of the largest value */
@@ -54,7 +55,7 @@ const size_t error_level_count = sizeof error_levels_ft / sizeof error_levels_ft
 struct reference {
     bool is_found;
     double rtol;
-    double u_ft, lift_ft; /* differences of the two methods */
+    double u_ft, lift_ft; /* differences between the two methods */
     double max_lift_ft;
     struct sim_record record; /* samples of the run of the first method */
 };
@@ -167,7 +168,7 @@ static enum mr_status measure_run(struct error_study *study, const struct refere
 static uint64_t reference_steps_max(const struct sim_scene *scene)
 {
     if (scene->friction_law == SIM_FRICTION_SIGN && scene->friction > 0.0)
-        return 50000; /* the state chatters, so no method can finish */
+        return 50000; /* no method can finish, because the modes chatter */
     return 200000 + 20000 * (uint64_t)scene->mats;
 }
 
@@ -201,7 +202,7 @@ static enum mr_status find_reference(struct reference *reference,
         double lift = lift_difference_ft(&both[1], &both[0].record, both[0].max_lift_ft);
         double mat_steps = (double)(both[0].steps > both[1].steps ? both[0].steps : both[1].steps) *
                            scene->mats;
-        /* keep the runs with the smaller tolerance, unless they differ much more */
+        /* keep the runs with the smaller tolerance, unless their difference is much larger */
         if (!reference->is_found ||
             fmax(u, lift) <=
                 fmax(REFERENCE_AGREEMENT_FT, 2.0 * fmax(reference->u_ft, reference->lift_ft))) {
@@ -332,14 +333,14 @@ static enum mr_status run_fixed_steps(struct error_study *study, const struct re
 /* ---- the chain ---- */
 
 #define CHAIN_COMPARED_TIMES  64
-/* Error / tolerance; small errors grow over thousands of switches */
+/* Error / tolerance. Small errors grow over thousands of switches. */
 #define CHAIN_TOLERANCE_RATIO 10.0
-/* Number of runs of event; each has a tenth of the previous tolerance */
+/* Number of runs of solver event. The tolerance of each is a tenth of the previous one. */
 #define CHAIN_RUNS            10
-/* Number of runs of staggered; the steps are half an octave apart */
+/* Number of runs of solver staggered. Their steps are half an octave apart. */
 #define CHAIN_STEP_RUNS       16
 
-/* Does one run and stores u at equally spaced times in u_ft. Returns the longest stable step. */
+/* Makes one run and stores u at equally spaced times in u_ft. Returns the longest stable step. */
 static double run_chain_pass(struct error_run *run, const struct sim_scene *scene,
                              const struct sim_options *options, double *u_ft, struct error *error)
 {
@@ -357,7 +358,7 @@ static double run_chain_pass(struct error_run *run, const struct sim_scene *scen
     run->mat = result.mat;
     run->t_s = result.t_s;
     if (status == MR_NUMERICS)
-        /* a failed run is a row of the table and not an error of the study */
+        /* a failed run is a row of the table, not an error of the study */
         error->status = MR_OK;
     for (size_t k = 0; status == MR_OK && k < CHAIN_COMPARED_TIMES; k++)
         memcpy(u_ft + k * row, result.outputs[k].u_ft, row * sizeof *u_ft);

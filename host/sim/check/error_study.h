@@ -1,12 +1,12 @@
 /* Error study: the error and the cost of each solver for a scene, relative to a reference, which is
  * a solution on which two different methods agree.
  *
- * Every run is a single pass, without the second pass that checks an answer (planar.h), at
- * tolerances a decade apart or at steps a factor sqrt 2 apart. Errors are the largest differences
- * from the reference: for u over all mats, at 64 equally spaced times and at t_out; for lift over
- * the same times and the run's largest lift. The time of a run is the processor time of its pass,
- * the smallest of up to five. Model chain: `event` over tolerances and `staggered` over steps,
- * against `event` at 1e-13, which agrees with its run at 1e-12. Only u is evaluated, because
+ * Every run is a single pass, without the second pass that checks a result (planar.h); the
+ * tolerances of the runs differ by a factor of 10, the steps by sqrt 2. Errors are the largest
+ * differences from the reference: for u over all mats, at 64 equally spaced times and at t_out; for
+ * lift over the same times and the run's largest lift. The time of a run is the processor time of
+ * its pass, the smallest of up to five. Model chain: `event` over tolerances and `staggered` over
+ * steps, against `event` at 1e-13, which agrees with its run at 1e-12. Only u is evaluated, because
  * nothing lifts.
  *
  * Reference: `event` (explicit, order 8) and `implicit` (linearly implicit, order 4, with separate
@@ -24,10 +24,12 @@
 #define ERROR_RUNS_MAX          96
 #define ERROR_ORDERS_MAX        16
 #define ERROR_NOTES_MAX         8
-#define ERROR_LIMIT_U_FT        1e-6 /* ft; there is no reference if its runs differ more in u */
-#define ERROR_LIMIT_LIFT_FT     1e-5 /* ft; there is no reference if its runs differ more in lift */
-/* Errors below this multiple of the difference between the reference runs cannot be distinguished
- * from the difference. */
+/* in ft; if the reference runs differ more in u, there is no reference */
+#define ERROR_LIMIT_U_FT        1e-6
+/* in ft; if the reference runs differ more in lift, there is no reference */
+#define ERROR_LIMIT_LIFT_FT     1e-5
+/* Errors below this multiple of the difference between the two reference runs cannot be
+ * resolved. */
 #define ERROR_RESOLUTION_FACTOR 2.0
 
 struct error_run {
@@ -37,7 +39,7 @@ struct error_run {
     uint64_t steps, evaluations;
     double ms;
     enum sim_status status;
-    int mat; /* mat and time of the failure, if the run failed */
+    int mat; /* mat and time at which the run failed */
     double t_s;
     double u_ft, lift_ft; /* errors of u and lift; NaN unless SIM_OK */
     double max_lift_ft;   /* largest lift in the run; NaN unless SIM_OK */
@@ -45,19 +47,19 @@ struct error_run {
     bool is_unstable;
 };
 
-/* Slope of a straight line through log error over log step or log tolerance, by least squares. Only
- * runs within the stability limit are used whose error is between ten times the difference of the
- * reference runs (or the possible sum of rounding errors, if larger) and a tenth of the largest
- * value. */
+/* Slope of a straight line through log error over log step or log tolerance, by least squares. Uses
+ * only runs within the stability limit whose error is at most a tenth of the largest value and at
+ * least ten times the larger of two numbers: the difference of the reference runs and the possible
+ * sum of rounding errors. */
 struct error_slope {
     double slope;
     double scatter;          /* rms deviation from the line, decades */
     double fit_min, fit_max; /* smallest and largest step or tolerance of the fit */
-    /* number of points; 0: no slope, because there are fewer than 3 points or their range is less
-     * than a factor of 3 */
+    /* number of points; 0: no slope, because there are fewer than 3 points or their largest and
+     * smallest step or tolerance differ by less than a factor of 3 */
     int point_count;
 };
-#define ERROR_SCATTER_MAX 0.6 /* decades; a slope with more scatter is not meaningful */
+#define ERROR_SCATTER_MAX 0.6 /* in decades; a slope with more scatter is not meaningful */
 
 struct error_order {
     const char *solver;
@@ -72,7 +74,7 @@ struct error_study {
     double disagreement_u_ft, disagreement_lift_ft;
     double peak_u_ft, max_lift_ft; /* largest values of the reference */
     double end_s;
-    bool has_lift;     /* false: model chain, in which nothing lifts; errors of lift are NaN */
+    bool has_lift;     /* false: model chain, which has no lift; errors of lift are NaN */
     double dt_limit_s; /* stability limit of the solver with a fixed step */
     struct error_run runs[ERROR_RUNS_MAX]; /* runs by solver, from coarse to fine */
     size_t run_count;
@@ -84,7 +86,7 @@ struct error_study {
     void *progress_ctx;
 };
 
-/* Levels of lift error, ft. The cheapest solver is determined for each. */
+/* Levels of the lift error, ft. For each level, the study finds the cheapest solver. */
 extern const double error_levels_ft[];
 extern const size_t error_level_count;
 
@@ -96,7 +98,7 @@ enum mr_status error_study_run(struct error_study *study, const struct sim_scene
                                error_study_progress *progress, void *progress_ctx,
                                struct error *error);
 
-/* Error of lift (model chain: of u) of run i. For a fixed step, returns the largest error of the
+/* Error of lift (model chain: of u) of run i. For a fixed step, this is the largest error among the
  * run and its two neighbours, because a single error can be small by chance. NaN: the run failed,
  * is beyond the stability limit, or has no neighbour. */
 double error_study_attributed_ft(const struct error_study *study, size_t i);

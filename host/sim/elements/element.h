@@ -1,11 +1,11 @@
 /* Element: a force on single mats along the runway that depends on the motion of the mat. Each
- * element has one file and one row in the table below. An element needs no other code: through the
- * table, the scene reads its key, and every engine uses its force and derivatives. Elements that a
- * scene does not have cost one test per evaluation of all mats.
+ * element has one file and one row in the table below. An element needs no other code: the scene
+ * reads its key and every engine uses its force and derivatives through the table. Elements that a
+ * scene does not use cost one test per evaluation of all mats.
  *
  * Laws that every scene needs (law.h) and the modifications with their memory (mods.h) are not in
- * the table: they are inlined, or called, in the loops of the engines. law.h describes what all
- * laws have in common.
+ * the table; the engines call or inline them in their loops. law.h describes what all laws have in
+ * common.
  *
  * An element has no state except its parameter, unless it has a memory (has_memory). The row of an
  * element with memory has only its key and its position in the engines' loops, and a separate file
@@ -22,7 +22,7 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
-/* The elements, one row each. The row of an element defines its index in a scene
+/* The table of the elements. The row of an element defines its index in a scene
  * (sim_scene.element[ELEMENT_name]), its key in scene files, and its functions. */
 #define ELEMENT_TABLE(ROW) ROW(ground_damping) ROW(gear_ground)
 
@@ -33,7 +33,8 @@ _Static_assert(ELEMENT_COUNT <= SIM_ELEMENTS_MAX, "a scene has room for every el
 /* The state of a mat on which an element's force depends. */
 struct element_mat {
     double v_ft_s;
-    bool is_grounded; /* the soil acts on one end of the mat or both; always true in model chain */
+    /* the soil supports at least one end of the mat; always true in model chain */
+    bool is_grounded;
 };
 
 /* Functions of an element. `value` is the parameter of the element and is above 0. */
@@ -44,17 +45,17 @@ struct element {
     double (*force_lb)(double value, struct element_mat mat);
     /* Derivative of the force with respect to the mat's speed, for the Jacobian; never above 0. */
     double (*slope_lb_s_ft)(double value, struct element_mat mat);
-    /* Largest magnitude of the slope in any state. Divided by the mass it is a bound of the decay
+    /* Largest magnitude of the slope in any state. Divided by the mass of a mat it bounds the decay
      * rate. */
     double (*max_slope_lb_s_ft)(double value);
-    /* Largest force on a mat at rest, by which the element reduces the margin of friction. 0: mats
-     * at rest need not be integrated. */
+    /* Largest force that the element exerts on a mat at rest, which counts against the limit of
+     * friction. 0: mats at rest need not be integrated. */
     double (*push_at_rest_lb)(double value);
     /* Adds a description of the element to the result. */
     void (*describe)(double value, struct sim_result *result);
-    /* The element has a memory, which a separate file updates in each step (gear.h). It is not part
-     * of a set and has none of the four functions above. Engines that choose their steps refuse
-     * it. */
+    /* The element has a memory, which a separate file updates in each step (gear.h). It is then not
+     * part of an element_set, and the four functions above are NULL. Engines that choose their step
+     * size refuse such an element. */
     bool has_memory;
 };
 
@@ -79,9 +80,10 @@ bool element_can_rest(const struct element_set *set);
 void element_describe(const struct sim_scene *scene, struct sim_result *result);
 
 /* The factors of a step of h_s in which all other forces x are constant. The speed v is first
- * multiplied by f (speed_factor), then x + push_lb acts for the time T (equivalent_s): f v + T/m (x
- * + push_lb), with f = exp(-k), T = h (1 - exp(-k))/k, k = -slope h/m. The same factors apply to
- * the time until a mat stops and to the time after it, so dry friction remains exact. */
+ * multiplied by f (speed_factor), then x + push_lb acts for the time T (equivalent_s): the new
+ * speed is f v + T/m (x + push_lb), with f = exp(-k), T = h (1 - exp(-k))/k, k = -slope h/m. The
+ * same factors apply to the time until a mat stops and to the time after it, so dry friction
+ * remains exact. */
 struct element_step {
     double speed_factor, equivalent_s, push_lb;
 };

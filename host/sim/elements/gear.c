@@ -105,7 +105,8 @@ static int spread_load(const struct gear *gear, double x_ft, struct sim_touch *t
     return count;
 }
 
-/* Computes the action of one axle line on the mats: that of one axle, times the number of axles. */
+/* Computes the forces of one axle line on the mats: those of one axle, times the number of
+ * axles. */
 static int compute_line_action(struct gear *gear, int i, double t0_s, double t1_s,
                                struct sim_touch *touch)
 {
@@ -186,8 +187,8 @@ int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *tou
     return count;
 }
 
-/* Speed at the end of a step and ground force q there, for one linear piece of the ground's law, q
- * = at + slope v. */
+/* Speed at the end of a step and ground force q at that speed, for one linear piece of the law of
+ * the ground, q = at + slope v. */
 struct ground_piece {
     double v_ft_s, ground_force_lb;
 };
@@ -207,14 +208,15 @@ double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, d
     double per_lb = equivalent_s / gear->mass_slug;
     double damping = per_lb * 2.0 * gear->scene->gear.damping * sqrt(k * gear->mass_slug);
     double load = k * gear->drift_s, q = gear->ground_force_lb[mat];
-    double free_ft_s = v_ft_s + per_lb * x_lb; /* speed without the ground */
+    /* speed that the mat would have without the ground */
+    double free_ft_s = v_ft_s + per_lb * x_lb;
     if (fabs(q) > limit_lb)
         q = copysign(limit_lb, q);
     /* q(v) is piecewise linear; the sign of the speed at the present q selects the piece */
     bool loads = (free_ft_s - per_lb * q) * q >= 0.0;
     struct ground_piece end = solve_ground_piece(free_ft_s, per_lb, damping, q,
                                                  loads ? load : load / rho);
-    /* q passes through 0 and loads in the other direction */
+    /* q passes through 0; from there on it increases in the other direction */
     if (!loads && end.ground_force_lb * q < 0.0)
         end = solve_ground_piece(free_ft_s, per_lb, damping, rho * q, load);
     if (fabs(end.ground_force_lb) > limit_lb)
@@ -224,7 +226,8 @@ double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, d
     return end.v_ft_s;
 }
 
-/* Describes the element for the table: the ground under the gear. Its law is in gear.h. */
+/* Writes the description of the element for the result: the ground under the gear. Its law is in
+ * gear.h. */
 
 static void describe(double k, struct sim_result *result)
 {

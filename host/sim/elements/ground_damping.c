@@ -1,6 +1,6 @@
 /* Viscous damping by the ground, such as wet clay or a bituminous layer under the mats. The force
- * is -c v on each mat that the ground carries (element_mat.is_grounded). c is the same whether one
- * end of a mat or both are on the ground. */
+ * is -c v on each mat that the ground carries (element_mat.is_grounded). The coefficient c does not
+ * depend on whether one end of the mat or both are on the ground. */
 #include "host/sim/elements/element.h"
 
 static double force_lb(double c, struct element_mat mat)

@@ -22,7 +22,7 @@ typedef int32_t lane_bits;
 #define LANES_BUILTIN(name)                __builtin_ia32_##name##ps256
 #define LANES_MM(name)                     _mm256_##name##_ps
 #define LANES_MM_COMPARE                   _mm256_cmp_ps_mask
-/* This form of the law does not use `left` */
+/* This form of the law does not need the value `left`. */
 #define LAW_NEEDS_REMAINDER(stops, pushes) LANES(any)((stops) & (pushes))
 #endif
 #define LANES_COUNT (sizeof(lanes) / sizeof(lane_real))
@@ -63,7 +63,7 @@ typedef uint8_t bit_masks; /* with AVX-512, a comparison gives one bit per lane 
 #define LAW_MAX(a, b)               LANES(greater)(a, b)
 #define LAW_SIGN                    ((words)(-LAW_VALUE(0)))
 #define LAW_ABS(x)                  ((lanes)(~LAW_SIGN & (words)(x)))
-/* `size` must not be negative. */
+/* Returns `size` with the sign of `sign`; `size` must not be negative. */
 #define LAW_COPYSIGN(size, sign)    ((lanes)((LAW_SIGN & (words)(sign)) | (words)(size)))
 #define LAW(name)                   LANES(name)
 

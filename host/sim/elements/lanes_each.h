@@ -1,8 +1,8 @@
-/* Includes LANES_FILE once for each kind of processor. LANES_FILE begins with lanes_kernel.h.
- * LANES_CALL calls the version for the processor on which the program runs. The compiler lowers a
- * vector operation for the target of its function. In a function clone, and in an inline function
- * shared by two targets, it uses the oldest target. Therefore each target needs a separate
- * inclusion. */
+/* Includes LANES_FILE once for each kind of processor; LANES_CALL calls the version for the
+ * processor on which the program runs. LANES_FILE begins with lanes_kernel.h. Separate inclusions
+ * are necessary because the compiler translates vector operations for the target of the enclosing
+ * function; in a function clone, or an inline function shared by two targets, it would use the
+ * oldest target. */
 #if LANES_HAVE_AVX2
 #pragma GCC push_options
 #pragma GCC target("avx2")

@@ -1,5 +1,5 @@
 /* Selections between vectors, and the law of the chain (common/chain_law.h) on vectors, for the
- * target for which this file is included (lanes_each.h). */
+ * processor for which this file is included (lanes_each.h). */
 /* The compiler does not generate these instructions from plain C. */
 #if defined LANES_AVX512
 LANES_INLINE masks LANES(above)(lanes a, lanes b)
@@ -68,7 +68,8 @@ LANES_INLINE bool LANES(any)(masks mask)
         all |= part[i];
     return all != 0;
 }
-/* If both are equal, returns the second, as the instruction does, so that zeros keep their sign. */
+/* If both are equal, returns b, as the processor instruction does, so that zeros keep their
+ * sign. */
 LANES_INLINE lanes LANES(lesser)(lanes a, lanes b)
 {
     return LANES(choose)(a < b, a, b);

@@ -1,10 +1,10 @@
 /* Law: the force of an element, written so that every engine can use it in its loops.
  *
  * Each law has four parts: the force; its derivatives (Jacobian); a bound of the rate that the law
- * adds, for the longest stable step; and a margin, the distance from a change of mode or from the
- * start of a mat's motion. A part of the scene with a positive margin need not be integrated.
- * Functions are inlined into loops over mats, and code that constant arguments exclude is removed
- * by the compiler. Units are ft, lb, s, slug and rad. */
+ * adds, for the longest stable step; and a margin, the distance to a change of mode or to the start
+ * of a mat's motion. A part of the scene with a positive margin need not be integrated. Functions
+ * are inlined into loops over mats, and code that constant arguments exclude is removed by the
+ * compiler. Units are ft, lb, s, slug and rad. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_LAW_H
 #define MATRIG_HOST_SIM_ELEMENTS_LAW_H
 
@@ -13,8 +13,8 @@
 
 #include "host/sim/scene/scene.h"
 
-/* Names such as struct law_joint and law_mat_slip, for doubles. Engines with floats define other
- * names. */
+/* Names for doubles, such as struct law_joint and law_mat_slip. Engines that compute with floats
+ * define other names. */
 #define LAW(name)                law_##name
 #define LAW_REAL                 double
 #define LAW_ABS(x)               fabs(x)
@@ -23,17 +23,17 @@
 
 #define LAW_INLINE static inline __attribute__((always_inline))
 
-/* Attribute of a function that is compiled for two kinds of processors. The results are identical
- * bit for bit. */
-/* clang 14 gives a clone a name that no caller refers to */
+/* Attribute of a function that is compiled for two kinds of processors, with bit-identical
+ * results. */
+/* Not with clang: the clones of clang 14 have names that callers do not use. */
 #if defined __x86_64__ && !defined __clang__
 #define TARGET_CLONES __attribute__((target_clones("avx2", "default")))
 #else
 #define TARGET_CLONES
 #endif
 
-/* Bounds of the rates that a law adds to a mat: `rate2` by restoring forces, 1/s2; `damping` by
- * damping forces, 1/s. Bounds of several laws are added. */
+/* Bounds on the rates that a law adds to a mat: `rate2` is due to restoring forces, 1/s2; `damping`
+ * to damping forces, 1/s. The bounds of several laws are added. */
 struct law_bound {
     double rate2, damping;
 };
@@ -54,16 +54,17 @@ LAW_INLINE double law_max(double a, double b)
 /* Joint: the force between two mats along the runway. README.md, "Joint force" and "Chain and
  * landings".
  *
- * Sampled (joint_pull): the case is determined from the opening; for fixed steps, solvers/chain.h
- * and landing.h. Located (joint_mode_force_lb): the case is a mode, which is valid while
- * joint_margin_ft is not negative; for the planar models. */
+ * There are two forms. joint_pull determines the case (pressed, open or hooked) from the opening at
+ * each step; solvers with fixed steps use it (solvers/chain.h, landing.h). joint_mode_force_lb is
+ * given the case as a mode, which is valid while joint_margin_ft is not negative; the planar models
+ * use it. */
 
 /* The joint laws, from the simplest to the most general. A scene uses the simplest law that covers
  * all its joints. */
 enum joint_law { JOINT_LINEAR, JOINT_SLACK, JOINT_GRIT };
 
-/* Grit between the plates of one joint: its force, its compression grit/KL at which it yields, and
- * its reach. */
+/* Grit (dirt) between the plates of one joint: its force, the compression (grit/KL) at which it
+ * yields, and the depth to which it extends. */
 struct joint_grit {
     double resistance_lb, yield_ft, reach_ft;
 };
@@ -125,8 +126,8 @@ LAW_INLINE double joint_mode_force_lb(const struct law_joint *joint, bool slack,
     return joint->kl_lb_ft * g_ft + joint->cl_lb_s_ft * rate_ft_s;
 }
 
-/* Distance of a joint from the end of its mode. A joint keeps its mode until `edge_ft` beyond the
- * end. */
+/* Distance of a joint from the end of its mode. The mode ends only when the joint is `edge_ft` past
+ * that point. */
 LAW_INLINE double joint_margin_ft(int mode, double g_ft, double slack_ft, double edge_ft)
 {
     if (mode < 0)
@@ -134,8 +135,8 @@ LAW_INLINE double joint_margin_ft(int mode, double g_ft, double slack_ft, double
     return edge_ft + (mode > 0 ? g_ft - slack_ft : fmin(g_ft, slack_ft - g_ft));
 }
 
-/* Bound for a mat among equal mats. `joined`: number of spring ends at the mat and its neighbours,
- * 4 in a chain, fewer for a single mat. */
+/* Bound for a mat in a row of equal mats. `joined`: number of spring ends at the mat and its
+ * neighbours; 4 in a chain, fewer for a single mat. */
 LAW_INLINE struct law_bound joint_bound(const struct law_joint *joint, double joined,
                                         double mass_slug)
 {
@@ -150,9 +151,9 @@ LAW_INLINE double law_spring_extension_ft(double g_ft, double slack_ft)
 }
 
 /* Relative speed for a joint's damper, averaged over a step. Only the part of the last step in
- * which the joint was closed counts. Otherwise the damper would act for all or none of a step in
- * which the joint closes or opens, and the error of its impulse would not decrease with the
- * step. */
+ * which the joint was closed counts. Without this weighting, the damper would act during the whole
+ * step in which the joint closes, or not at all, and the error of its impulse would not decrease
+ * with the step size. */
 LAW_INLINE double law_damped_rate_ft_s(double g_ft, double rate_ft_s, double slack_ft,
                                        double step_s)
 {
@@ -164,8 +165,8 @@ LAW_INLINE double law_damped_rate_ft_s(double g_ft, double rate_ft_s, double sla
 /* ---- hinge ---- */
 
 /* Hinge: the moment between two mats that are turned by d relative to each other. README.md, "Joint
- * moment". No moment up to TAD; beyond it, `deadband` KT (d - TAD sgn d) + CT d', `switched` KT d +
- * CT d'. */
+ * moment". There is no moment while |d| is at most TAD. Beyond it, the moment is KT (d - TAD sgn d)
+ * + CT d' with torsion `deadband`, KT d + CT d' with `switched`. */
 
 /* Mode of a hinge that is turned by d: the sign of d if |d| is above TAD, otherwise 0. */
 LAW_INLINE signed char hinge_side(double turn_rad, double tad_rad)
@@ -173,7 +174,7 @@ LAW_INLINE signed char hinge_side(double turn_rad, double tad_rad)
     return turn_rad > tad_rad ? 1 : turn_rad < -tad_rad ? -1 : 0;
 }
 
-/* The turn that causes a moment: d, or the part of d beyond the free rotation TAD. */
+/* The angle that causes the moment: d, or the part of d beyond the free rotation TAD. */
 LAW_INLINE double hinge_effective_turn_rad(bool jumps, int side, double turn_rad, double tad_rad)
 {
     if (!jumps)
@@ -195,13 +196,13 @@ LAW_INLINE double hinge_margin_rad(int side, double turn_rad, double tad_rad)
 /* ---- soil ---- */
 
 /* Soil: the force under a foot of a mat at depth Y (positive down). README.md, "Report model" and
- * "Consistent model". In contact it is KV Y + CV Y', with slopes KV and CV, otherwise 0. The report
- * model's foot is in contact from SOIL_TOUCH_FT above the ground, and the soil may pull it; in the
- * consistent model the soil only pushes. The fastest rate is that of a mat's end on KV and CV, from
- * the linearised model (model_fastest_rate), because the mass that a foot moves depends on the
- * neighbouring mats. */
+ * "Consistent model". In contact it is KV Y + CV Y', with slopes KV and CV, otherwise 0. In the
+ * report model a foot is in contact below SOIL_TOUCH_FT above the ground, and the soil may pull it;
+ * in the consistent model the soil only pushes. The fastest rate is that of a mat's end on KV and
+ * CV, from the linearised model (model_fastest_rate), because the mass that a foot moves depends on
+ * the neighbouring mats. */
 
-/* Ft; flat mats are at 0 except for rounding, so a smaller lift is ignored */
+/* In ft. Flat mats are at height 0 except for rounding errors, so a smaller lift is ignored. */
 #define SOIL_TOUCH_FT 1e-9
 
 LAW_INLINE double soil_lb(double kv, double cv, double y_ft, double rate_ft_s)
@@ -228,12 +229,12 @@ LAW_INLINE double soil_margin_ft(bool contact, double touch_ft)
 /* Friction: Coulomb friction of a mat on the ground, with the limit C = f N. README.md, "Friction".
  * It acts along the runway and causes no moment.
  *
- * In continuous time (friction_force_lb) a mat slides in one direction or sticks. In a step of
- * constant force the law `stick` is exact (friction_speed_ft_s). The hold of a cleat is added to C.
- */
+ * In continuous time (friction_force_lb) a mat slides in one direction or sticks. In a step with
+ * constant force, the law `stick` is solved exactly (friction_speed_ft_s). The holding force of a
+ * cleat is added to C. */
 
-/* Friction force divided by C, positive against a positive speed. `slide`: direction of sliding,
- * for law stick. `smooth`: tanh of speed over veps, for law tanh. */
+/* Friction force divided by C; positive if it acts against a positive speed. `slide`: direction of
+ * sliding, for law stick. `smooth`: tanh(speed / veps), for law tanh. */
 LAW_INLINE double friction_share(enum sim_friction law, double v_ft_s, int slide, double smooth)
 {
     switch (law) {
@@ -265,22 +266,22 @@ LAW_INLINE double friction_slope_lb_s_ft(enum sim_friction law, double c_lb, dou
     return law == SIM_FRICTION_TANH ? -c_lb * (1.0 - share * share) / veps_ft_s : 0.0;
 }
 
-/* Force that can be added to a mat at rest before it slides. */
+/* Returns the force by which the push on a mat at rest may increase before the mat slides. */
 LAW_INLINE double friction_margin_lb(double c_lb, double push_lb)
 {
     return c_lb - fabs(push_lb);
 }
 
-/* Bound from the largest slope: that of tanh. The laws stick and sign have no slope. */
+/* Bound from the largest slope of the force, which only the law tanh has. */
 LAW_INLINE struct law_bound friction_bound(enum sim_friction law, double c_lb, double mass_slug,
                                            double veps_ft_s)
 {
     return (struct law_bound){0.0, law == SIM_FRICTION_TANH ? c_lb / (mass_slug * veps_ft_s) : 0.0};
 }
 
-/* Speed after h of a mat with speed v under force x and Coulomb limit c. A mat at rest stays at
- * rest while |x| <= c; a mat whose speed reaches 0 within h is tested again at that time. `stops`
- * counts such stops. */
+/* Returns the speed, after the time h, of a mat with speed v under the force x and the Coulomb
+ * limit c. A mat at rest stays at rest while |x| <= c; a mat whose speed reaches 0 within h is
+ * tested again at that time. `stops` is incremented at each stop. */
 LAW_INLINE double friction_speed_ft_s(double v_ft_s, double x_lb, double c_lb, double h_s,
                                       double mass_slug, unsigned *stops)
 {

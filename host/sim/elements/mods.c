@@ -29,8 +29,8 @@ static double clip_tension_lb(double unclipped_tension_lb)
 
 /* --- restraints --- */
 
-/* Force of an elastic-plastic element with stretch `stretch`. `*zero` is the stretch without force,
- * which changes when the element yields. */
+/* Force of an elastic-plastic element with the given stretch. `*zero` is the stretch at which the
+ * force is 0; it changes when the element yields. */
 static double elastic_plastic_force(double stiffness, double cap, double stretch, double *zero)
 {
     double load = stiffness * (stretch - *zero);
@@ -41,9 +41,8 @@ static double elastic_plastic_force(double stiffness, double cap, double stretch
     return load;
 }
 
-/* Properties of each kind of restraint. `pulls_out`: a restraint whose force exceeds its grip is
- * pulled out, and its zero follows x. `ends`: number of spring ends at the mat and its
- * neighbours. */
+/* Properties of each kind of restraint. `pulls_out`: a force beyond its grip pulls the restraint
+ * out; its zero then follows x. `ends`: number of spring ends at the mat and its neighbours. */
 static const struct restraint_kind {
     bool pulls_out, only_pulls;
     double spring_end_count;
@@ -97,14 +96,14 @@ static double restraints_energy_lb_ft(const struct restraints *r)
     return energy;
 }
 
-/* Bands: MODIFICATIONS.md, "Bands". All bands of a group are alike; tensions are per band.
- * CONNECTION_SWEEPS_MAX is the largest number of passes over all connections of a group until
- * nothing slips. */
+/* Bands: MODIFICATIONS.md, "Bands". All bands of a group are identical; tensions are those of one
+ * band. CONNECTION_SWEEPS_MAX is the largest number of passes over the connections of a group in
+ * which slips are computed. */
 #define CONNECTION_SWEEPS_MAX 200
-#define SLIP_TOLERANCE        1e-12 /* slip / mat length that counts as no slip */
+#define SLIP_TOLERANCE        1e-12 /* largest slip / mat length that counts as no slip */
 
-/* Lists the mats with rivets or anchors in order. Such a mat has one brace: the sum of its
- * forces. */
+/* Lists the mats with rivets or anchors in ascending order. Each such mat has one brace: the sum of
+ * their forces. */
 static void find_braces(struct mods *m)
 {
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
@@ -169,18 +168,19 @@ static double grip_lb(const struct mods_bands *b, int connection)
     return b->is_pulled_out[connection] != 0.0 ? 0.0 : b->scene_bands->grip_lb;
 }
 
-/* Length of band, ft, that slides from segment `from` to segment `to` until their tensions differ
- * by the grip. A slack segment first becomes straight without tension. */
+/* Returns the length of band, ft, that slides from segment `from` to segment `to` until their
+ * tensions differ by the grip. A slack segment first loses its slack without tension. */
 static double sliding_length_ft(const struct mods_bands *b, int from, int to, double grip)
 {
     double t_from = b->tension_lb[from], t_to = b->tension_lb[to];
     double k_from = b->k_lb_ft[from], k_to = b->k_lb_ft[to];
-    double to_limit_ft = (t_from - grip) / k_from; /* valid if the segment `to` remains slack */
+    /* sliding length if the segment `to` remains slack */
+    double to_limit_ft = (t_from - grip) / k_from;
     return t_to + k_to * to_limit_ft <= 0.0 ? to_limit_ft
                                             : (t_from - t_to - grip) / (k_from + k_to);
 }
 
-/* Slides the band through one connection until it holds. Returns the slip. */
+/* Slides the band through one connection until the connection holds. Returns the slip. */
 static double slide_connection(struct mods_bands *b, int c)
 {
     double grip = grip_lb(b, c);
@@ -210,8 +210,9 @@ static void slide_connections(const struct mods *m, struct mods_bands *b)
     }
 }
 
-/* The wheel turns a riveted mat by band_tilt against the band on both sides. This pulls the rivets
- * perpendicular to the mat. A hole that is worn by slip has less strength. */
+/* Loads the rivets near the wheel: it tilts a riveted mat by band_tilt against the band on both
+ * sides, which pulls the rivets perpendicular to the mat. A rivet whose hole is worn by slip has
+ * less strength. */
 static void load_rivets(struct mods_bands *b, const struct sim_touch *touch, int count)
 {
     const struct sim_bands *s = b->scene_bands;
@@ -245,8 +246,9 @@ static void update_extremes(struct mods *m, const struct mods_bands *b)
     }
 }
 
-/* Sets a group to the start of the scene. A segment ends at the middles of its mats. The outer
- * segments end at the anchor springs, at the ends of the runway. */
+/* Sets the bands of a group to their state at the start of the scene. A segment ends in the middle
+ * of the mats to which it is riveted. The outer segments end at the anchor springs, at the ends of
+ * the runway. */
 static void reset_band_group(const struct mods *m, struct mods_bands *b)
 {
     const struct sim_scene *scene = m->scene;
@@ -388,7 +390,7 @@ struct mods_state *mods_finish(struct mods *m, const struct mods_view *view)
 double mods_difference_lb(const struct mods_state *a, const struct mods_state *b)
 {
     double most = 0.0;
-    /* the first three arrays: tension, smallest and largest tension */
+    /* the first three arrays: tension, smallest tension, largest tension */
     for (size_t i = 0; i < 3 * a->segment_count; i++)
         most = fmax(most, fabs(a->values[i] - b->values[i]));
     return most;
@@ -469,21 +471,21 @@ void mods_free(struct mods *m)
     free(m);
 }
 
-/* Number of stiffener lines that cross a joint. A line connects mats first + k period .. first + k
- * period + span - 1. The lines of a strip are evenly staggered. */
+/* Number of stiffener lines that cross a joint. Line k = 0, 1, ... connects the mats first + k
+ * period to first + k period + span - 1. The lines are staggered evenly across the strip. */
 static int count_stiffener_lines(const struct sim_mods *s, int joint)
 {
     int period = s->stiff_span_mats - 1 + (s->stiff_free_joints > 0 ? s->stiff_free_joints : 1),
         lines = 0;
     for (int line = 0; line < s->stiff_lines; line++) {
-        /* position of the mat on the joint's left, within its line */
+        /* position of the mat at the left of the joint, counted from the start of its stiffener */
         int at = joint - 1 - (s->stiff_first + line * period / s->stiff_lines);
         lines += at >= 0 && at % period < s->stiff_span_mats - 1;
     }
     return lines;
 }
 
-/* Rotation of a joint between its mats as they lie on uneven ground. */
+/* Angle of a joint between two mats that lie on uneven ground. */
 static double laid_turn_rad(const struct sim_scene *scene, int joint)
 {
     const double *ground_ft = scene->ground_ft.values;
@@ -499,7 +501,8 @@ static void reset_joints(struct mods *m)
     const struct sim_mods *s = &m->scene->mods;
     double tangent = elementary_tan(s->lay_deg * RAD_PER_DEG);
     for (int j = 1; j <= m->mats + 1; j++) {
-        bool inner = j > 1 && j <= m->mats; /* the outer mats are not connected to the ground */
+        /* the mats at the ends have no stiffeners to the ground */
+        bool inner = j > 1 && j <= m->mats;
         m->spring_gap_ft[j] = sim_scene_joint_value(&m->scene->gap0_ft, j);
         if (m->has_stiffeners && inner) {
             int lines = count_stiffener_lines(s, j);
@@ -557,8 +560,8 @@ double mods_cleat_lb(const struct mods *m, int mat)
     return cleat < 0 ? 0.0 : m->scene->mods.cleat_hold_lb * m->state->cleat_left[cleat];
 }
 
-/* Wears the cleats of moving mats. The soil behind a cleat yields and the cleat bends, so the hold
- * decreases. */
+/* Reduces the hold of cleats on moving mats: the soil behind a cleat yields, and the cleat
+ * bends. */
 void mods_wear_cleats(struct mods *m, const struct mods_view *view, double h_s, int first, int last)
 {
     const struct sim_mods *s = &m->scene->mods;
@@ -693,11 +696,11 @@ void mods_describe(const struct mods *m, struct sim_result *result)
                             s->lay_deg, s->lay_slide_lb, s->lay_mu);
 }
 
-/* Forces where mats rise: bands over a wave, bent stiffeners, cleats that leave the ground.
- * MODIFICATIONS.md. */
+/* Vertical forces of the modifications on mats that rise: bands over a wave, bent stiffeners,
+ * cleats that leave the ground (MODIFICATIONS.md). */
 
 /* In the functions below, mats and nodes count from 0, as in the planar model, and Y points down. A
- * mat outside the heaving part is on the ground. */
+ * mat outside the heaving part (the mats that move vertically) is on the ground. */
 static double mat_height_slope(const struct mods_heaving_part *h, int n)
 {
     if (n < 0 || n >= h->mats)
@@ -764,8 +767,8 @@ static double height_slope_between(const struct mods_heaving_part *h, double fro
     return (height_at_ft(h, to) - height_at_ft(h, from)) / ((to - from) * h->length_ft);
 }
 
-/* Adds the forces of a band that is free between its rivets. The band follows the shortest line
- * over the nodes between them. */
+/* Adds the forces of a band that is free between its rivets. The band takes the shortest path over
+ * the nodes between the rivets. */
 static void press_nodes_under_band(const struct mods *m, const struct mods_bands *b,
                                    const struct mods_heaving_part *h, int segment)
 {
@@ -792,8 +795,8 @@ static void press_nodes_under_band(const struct mods *m, const struct mods_bands
     }
 }
 
-/* Adds the forces of tie-downs, which act on the middles of their mats. Their rates are computed
- * from the heights in the state. */
+/* Adds the forces of tie-downs, which act on the middles of their mats. Their speeds are computed
+ * from the rates of the node heights. */
 static void apply_tie_downs(struct restraints *r, const struct mods_heaving_part *h)
 {
     const double *v = h->z + 2 * h->mats + 1;
@@ -847,9 +850,10 @@ double mods_rate2(const struct mods *m, double mass_slug, double inertia)
            m->restraint[SIM_TIES].row_k_lb_ft / lightest;
 }
 
-/* Returns the share of a cleat's hold that remains after the wheel presses it back into the soil. A
- * part `out` of its depth was out of the soil. The tip stays in place in the soil, so the cleat
- * turns at its root: cos turn = 1 - out. A part of the turn springs back. */
+/* Returns the share of a cleat's hold that remains after the wheel presses the cleat back into the
+ * soil. `out` is the share of its depth that was out of the soil. The tip of the cleat stays in
+ * place, so the cleat bends at its root by an angle with cos(angle) = 1 - out. A part of this
+ * bending springs back. */
 static double remaining_hold_share(const struct sim_mods *s, double out)
 {
     if (!(s->cleat_exponent > 0.0))
@@ -873,7 +877,8 @@ double mods_raised_cleat_hold_lb(struct mods *m, int mat, double left_y_ft, doub
                                    : whole_lb * in * in;
 }
 
-/* Presses raised cleats under the wheel back into the soil. The part outside the soil bends. */
+/* Presses raised cleats under the wheel back into the soil. The part of a cleat that was out of the
+ * soil bends. */
 void mods_press_cleats(struct mods *m, const struct sim_touch *touch, int count)
 {
     for (int i = 0; i < count; i++) {
@@ -930,7 +935,7 @@ void mods_carry_over(struct sim_scene *scene, const struct sim_result *result)
         size_t count = s->restraint_counts[k];
         if (count > 0)
             sim_scene_set_list(zero, s->restraint_zero_ft + i, count);
-        /* the next landing measures movements from the present positions of the mats */
+        /* movements of the next landing are measured from the present positions of the mats */
         for (size_t c = 0; c < count && k == SIM_ANCHORS; c++)
             zero->values[c] -= result->u_ft[(int)s->restraint_places[c]];
         i += (int)count;

@@ -1,11 +1,11 @@
-/* Mods: bands, cleats, stiffeners, a diagonal lay and torn joints, as forces that the chain
- * (chain.c) and the planar landing (landing.c) add to theirs. MODIFICATIONS.md has the physics, the
- * parameters and their sources.
+/* Modifications of a runway: bands, cleats, stiffeners, diagonal lay and torn joints. The solvers
+ * for the chain (chain.c) and for the planar landing (landing.c) add their forces to those of the
+ * mats. MODIFICATIONS.md has the physics, the parameters and their sources.
  *
- * A scene without modifications has no struct mods: the engines test one pointer per step. All
- * forces are explicit, for fixed steps. Units are ft, s, lb and rad. Mats 1..N, joints 1..N+1, as
- * in scene.h. Segments of a band, connections and cleats are counted from 0. Segment c ends at
- * connection c; the last segment ends at the far anchor.
+ * A scene without modifications has no struct mods, so it costs only the test of a pointer per
+ * step. All forces are computed explicitly, which requires fixed steps. Units are ft, s, lb and
+ * rad. Mats 1..N, joints 1..N+1, as in scene.h. Segments of a band, connections and cleats are
+ * counted from 0. Segment c ends at connection c; the last segment ends at the far anchor.
  *
  * One owner, one thread; mods_make allocates, mods_free releases. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_MODS_H
@@ -20,8 +20,9 @@
 
 struct sim_result;
 
-/* Location of mats and joints in an engine's arrays: u of mat n is u[n * stride + offset], v is
- * indexed in the same way, and the tension of joint j is tension[j - joint_offset]. */
+/* Where an engine's arrays have mats and joints: the displacement of mat n is u[n * stride +
+ * offset], its speed v has the same index, and the tension of joint j is tension[j -
+ * joint_offset]. */
 struct mods_view {
     const double *u_ft, *v_ft_s;
     int stride, offset;
@@ -30,7 +31,7 @@ struct mods_view {
 };
 
 /* State at the end of a run, per band; segments and connections of the second group follow those of
- * the first. A slack segment, which is too long by the length s, has the negative tension T = -A E
+ * the first. A slack segment that is too long by s is stored with the negative tension T = -A E
  * s/l. */
 struct mods_state {
     size_t segment_count, connection_count, cleat_count, joint_count;
@@ -46,14 +47,14 @@ struct mods_state {
     double *band_mat;   /* for each connection: number of the mat to which the band is riveted */
     double *cleat_left; /* for each cleat: share of its hold that remains */
     double *cleat_mat;
-    /* For each restraint, ordered by kind: position without force, largest load, number of its mat
-     * or joint. */
+    /* For each restraint, ordered by kind: position at which its force is 0, largest load, number
+     * of its mat or joint. */
     double *restraint_zero_ft, *restraint_load_lb, *restraint_places;
-    /* For joints 1..N+1, [0] unused: opening at which stiffeners exert no force. */
+    /* For joints 1..N+1 ([0] unused): opening at which the stiffeners exert no force. */
     double *stiff_gap_ft;
     double *torn; /* for each joint: 1 if it is torn, otherwise 0 */
-    /* Largest difference of band_lb, band_min_lb or band_max_lb from the check run; for landings,
-     * twice that difference. */
+    /* Largest difference of band_lb, band_min_lb or band_max_lb from those of the second run that
+     * checks the first; for landings, twice that difference. */
     double band_error_lb;
     size_t value_count; /* number of all values */
     double values[];    /* memory for the arrays above */
@@ -61,13 +62,13 @@ struct mods_state {
 
 /* The bands of a group: pointers into the arrays of mods and of its state. */
 struct mods_bands {
-    const struct sim_bands *scene_bands; /* the group in the scene */
+    const struct sim_bands *scene_bands; /* parameters of the group in the scene */
     int segment_count;                   /* number of connections + 1; 0: no bands */
     int *connection_mat;                 /* mat of each connection */
     double *k_lb_ft, *stretch_ft;        /* for each segment: stiffness, and stretch at u = 0 */
     double *tension_lb;                  /* present tension of each segment; negative: slack */
     double *min_lb, *max_lb;
-    /* for each connection, as in mods_state */
+    /* arrays by connection, as in mods_state */
     double *slip_ft, *load_lb, *is_pulled_out, *is_riveted;
 };
 
@@ -78,7 +79,8 @@ struct restraints {
     int kind;                               /* enum sim_restraint_kind */
     const struct sim_restraint *parameters; /* parameters in the scene */
     int count;
-    /* stiffness and damping that they add to the row of a mat, for the longest stable step */
+    /* stiffness and damping that the restraints add to a mat's row of the matrices, which limit the
+     * step */
     double row_k_lb_ft, row_c_lb_s_ft;
     /* load_lb: largest load so far; at: number of mat or joint */
     double *zero_ft, *load_lb, *place;
@@ -99,32 +101,33 @@ struct mods {
     int brace_count;              /* number of mats with anchors or riveted bands */
     int *brace_mat;               /* numbers of these mats, ascending */
     double *brace_force_lb;       /* for each mat: force of all bands and anchors */
-    double *saved_thrust_lb;      /* for each mat: memory for the engine */
+    /* for each mat: thrust saved by the engine while braces are applied */
+    double *saved_thrust_lb;
     int cleat_count;
     /* for each joint: elastic-plastic spring across it */
     double *spring_lb_ft, *spring_gap_ft, *spring_cap_lb;
     /* for each cleat: largest rise since the wheel was on it; planar model only */
     double *cleat_rise_ft;
-    double *hull_points; /* points of the line of a band */
+    double *hull_points; /* memory for the points of a band's path */
     /* For each joint: elastic-plastic spring that resists bending; planar model only. */
     double *turn_lb_ft_rad, *turn_yield_lb_ft, *turn_rad;
     struct mods_state *state; /* updated in each step, except band_lb, which mods_finish sets */
     void *storage;
 };
 
-/* NULL if the scene has no modifications. */
+/* Makes the modifications of a scene; NULL if it has none. */
 struct mods *mods_make(const struct sim_scene *scene);
-void mods_reset(struct mods *mods); /* returns to the start of the scene */
+void mods_reset(struct mods *mods); /* resets the modifications to the start of the scene */
 void mods_free(struct mods *mods);
 
-/* Updates bands and anchors for one step: tensions at the present displacements, then slip at
- * connections that do not hold, then the force on each riveted mat (carried_lb). Rivets under the
- * wheel can be pulled out. */
+/* Updates bands and anchors for one step: computes the tensions at the present displacements, the
+ * slip of connections whose grip is exceeded, and the force on each mat with a brace. The wheel can
+ * pull rivets out. */
 void mods_pull_bands(struct mods *mods, const struct mods_view *view, const struct sim_touch *touch,
                      int count);
 
-/* Hold of the cleat on a mat, which is added to the limit of friction; 0 for a mat without a
- * cleat. */
+/* Returns the hold of the cleat on a mat, which is added to the limit of friction; 0 for a mat
+ * without a cleat. */
 double mods_cleat_lb(const struct mods *mods, int mat);
 /* Reduces the hold of the cleats on mats first..last that move in a step. */
 void mods_wear_cleats(struct mods *mods, const struct mods_view *view, double h_s, int first,
@@ -136,8 +139,8 @@ void mods_pull_joints(struct mods *mods, const struct mods_view *view, int first
 
 bool mods_is_torn(const struct mods *mods, int joint);
 
-/* The part of a planar model that heaves: mats first..last, counted from 0, with heights as in
- * model.h. */
+/* The heaving part of a planar model (the mats that move vertically): mats first..last, counted
+ * from 0, with heights as in model.h. */
 struct mods_heaving_part {
     const double *z;
     /* ground heights (model.h, scene.h); NULL: the ground is level */
@@ -153,9 +156,8 @@ struct mods_heaving_part {
 void mods_brace_heave(struct mods *mods, const struct mods_heaving_part *heave);
 
 /* mods_raised_cleat_hold_lb returns the hold of the cleat on a mat whose ends are at depths Y
- * (positive down): a raised cleat is less deep in the ground. mods_press_cleats applies the wheel
- * to raised cleats: the part of the cleat that was out of the ground bends, which reduces the
- * hold. */
+ * (positive down): the hold of a raised cleat is smaller. mods_press_cleats applies the wheel to
+ * raised cleats: the part of the cleat that was out of the ground bends, which reduces the hold. */
 double mods_raised_cleat_hold_lb(struct mods *mods, int mat, double left_y_ft, double right_y_ft);
 void mods_press_cleats(struct mods *mods, const struct sim_touch *touch, int count);
 
@@ -182,10 +184,10 @@ double mods_difference_lb(const struct mods_state *a, const struct mods_state *b
 /* Adds a note to a result for each kind of modification in the scene. */
 void mods_describe(const struct mods *mods, struct sim_result *result);
 
-/* Sets the state at the end of a landing in `scene`, as the start of the next landing: tensions,
- * slips and rivets of the bands, cleats, stiffeners, torn joints. band_dT (the warming of the
- * bands) becomes 0, because the tensions already include it. The caller sets the gaps. Does nothing
- * if the result has no modifications. */
+/* Copies the state at the end of a landing into `scene`, as the start of the next landing:
+ * tensions, slips and rivets of the bands, cleats, stiffeners, torn joints. band_dT (the warming of
+ * the bands) becomes 0, because the tensions already include it. The caller sets the gaps. Does
+ * nothing if the result has no modifications. */
 void mods_carry_over(struct sim_scene *scene, const struct sim_result *result);
 
 #endif

@@ -6,8 +6,9 @@
 #include "host/base/xmalloc.h"
 #include "host/sim/elements/law.h"
 
-#define EDGE_TOLERANCE  1e-12 /* mats; README.md: a wheel at x = n L is on mat n + 1 */
-/* mats; further than this from a mat's edge, neither EDGE_TOLERANCE nor rounding has an effect */
+#define EDGE_TOLERANCE  1e-12 /* in mats; README.md: a wheel at x = n L is on mat n + 1 */
+/* In mats. Farther than this from a mat's edge, neither EDGE_TOLERANCE nor rounding has an
+ * effect. */
 #define INNER_TOLERANCE 1e-10
 
 void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
@@ -29,8 +30,8 @@ void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
     wheel->airborne_until_s = wheel->rows[0].t_s;
 }
 
-/* Finds the row c of the path whose interval c..c+1 contains t. Each search starts at the last row
- * found. */
+/* Finds the row c of the path whose interval c..c+1 contains t. The search starts at the row found
+ * by the previous call. */
 static size_t find_row(struct sim_wheel *wheel, double t_s)
 {
     while (wheel->cursor + 2 < wheel->row_count && t_s >= wheel->rows[wheel->cursor + 1].t_s)
@@ -46,8 +47,8 @@ static double interpolate_path(const struct sim_path_row *row, double t_s, doubl
     return from + (to - from) * ((t_s - row[0].t_s) / length_s);
 }
 
-/* Mean force over t0..t1, limited to the range of the force. The mean of a constant thrust is then
- * exact, so a thrust at the limit of friction stays at the limit. */
+/* Mean force over t0..t1, limited to the range of the force. This makes the mean of a constant
+ * thrust exact, so that a thrust exactly at the limit of friction stays there. */
 static double mean_force_lb(const struct sim_wheel *wheel, size_t c, double t0_s, double t1_s)
 {
     const struct sim_path_row *only = &wheel->rows[c];
@@ -59,13 +60,15 @@ static double mean_force_lb(const struct sim_wheel *wheel, size_t c, double t0_s
     }
     double sum = 0.0, low_lb = (double)INFINITY, high_lb = -(double)INFINITY;
     if (t0_s < only[0].t_s || stop_s < t1_s || t1_s > wheel->rows[wheel->row_count - 1].t_s)
-        low_lb = high_lb = 0.0; /* there is no force during a part of the time */
+        /* during a part of the time there is no force, so the range includes 0 */
+        low_lb = high_lb = 0.0;
     for (; c + 1 < wheel->row_count && wheel->rows[c].t_s < stop_s; c++) {
         const struct sim_path_row *row = &wheel->rows[c];
         double from_s = law_max(t0_s, row[0].t_s);
         double to_s = law_min(stop_s, row[1].t_s);
         if (to_s > from_s) {
-            double middle_s = 0.5 * (from_s + to_s); /* mean of a linear force */
+            /* the mean of a linear force is its value in the middle */
+            double middle_s = 0.5 * (from_s + to_s);
             double force_lb = interpolate_path(row, middle_s, row[0].force_lb, row[1].force_lb);
             sum += (to_s - from_s) * force_lb;
             low_lb = law_min(low_lb, force_lb);
@@ -101,8 +104,8 @@ static int add_touch(const struct sim_wheel *wheel, struct sim_touch *touch, int
     return count + 1;
 }
 
-/* Computes the most common span quickly: it follows the previous span, on the same row of the path
- * and the same mat. Returns false for any other span. */
+/* Computes the most common kind of span quickly: one that follows the previous span on the same row
+ * of the path and the same mat. Returns false for any other span. */
 static bool try_same_mat_span(struct sim_wheel *wheel, double t0_s, double t1_s,
                               struct sim_touch *touch)
 {
@@ -184,7 +187,7 @@ double sim_wheel_max_speed_ft_s(const struct sim_wheel *wheel)
         const struct sim_path_row *row = &wheel->rows[i];
         double stopping_distance_ft = fabs(row[1].x_ft - row[0].x_ft);
         if (stopping_distance_ft > 0.0)
-            /* the position jumps if the times are equal: dividing by 0 gives INFINITY */
+            /* if the two times are equal, the position jumps, and dividing by 0 gives INFINITY */
             fastest = law_max(fastest, stopping_distance_ft / (row[1].t_s - row[0].t_s));
     }
     return fastest;
@@ -214,8 +217,8 @@ static enum mr_status append_span(struct span_list *list, const struct span *spa
     return MR_OK;
 }
 
-/* Finds the next x after `x_ft` (in the direction of motion) where the wheel reaches another mat.
- * With `shift` 0.5: where it passes the middle of a mat. */
+/* Finds the next position after `x_ft`, in the direction of motion, at which the wheel reaches
+ * another mat; with `shift` 0.5, at which it passes the middle of a mat. */
 static double next_edge_ft(double x_ft, double speed, double length_ft, double shift)
 {
     double w = x_ft / length_ft - shift;
@@ -223,8 +226,8 @@ static double next_edge_ft(double x_ft, double speed, double length_ft, double s
     return (edge + shift) * length_ft;
 }
 
-/* Adds a part of the path with constant speed and linear force. Divides it where the wheel moves to
- * another mat. */
+/* Adds spans for a part of the path with constant speed and linear force, which is divided where
+ * the wheel reaches another mat. */
 static enum mr_status add_spans(struct span_list *list, const struct sim_scene *scene,
                                 struct span whole, bool airborne, struct error *error)
 {
@@ -240,7 +243,7 @@ static enum mr_status add_spans(struct span_list *list, const struct sim_scene *
                 edge = speed > 0.0 ? fmin(edge, other) : fmax(edge, other);
             }
             if (speed > 0.0 && whole.x0_ft >= runway * (1.0 - EDGE_TOLERANCE))
-                edge = (double)INFINITY; /* no edge: the wheel is beyond the runway */
+                edge = (double)INFINITY; /* beyond the runway there is no further edge */
             if (speed < 0.0 && whole.x0_ft <= 0.0)
                 edge = -(double)INFINITY;
             double t = whole.t0_s + (edge - whole.x0_ft) / speed;
@@ -266,7 +269,7 @@ static enum mr_status add_spans(struct span_list *list, const struct sim_scene *
     return error->status;
 }
 
-/* Adds a part of the path. Divides it where the thrust stops. */
+/* Adds spans for a part of the path, which is divided where the thrust stops. */
 static enum mr_status add_spans_until_stop(struct span_list *list, const struct sim_scene *scene,
                                            struct span whole, bool airborne, struct error *error)
 {

@@ -1,11 +1,11 @@
 /* Wheel: the aircraft's action on the mats over a span of time. README.md, "The wheel" and "Chain
  * and landings" (path).
  *
- * Thrust is averaged exactly over the span (the rows are linear in time), so an impulse does not
- * depend on the position of the steps. If the wheel moves from one mat to the next within the span,
- * the span is divided between the mats by time, at the span's constant speed. Before the first row
- * the aircraft is in the air and causes neither thrust nor load. After the last row it is at rest
- * and causes load but no thrust. Off the runway it causes neither.
+ * Thrust is averaged exactly over the span (the rows are linear in time), so the impulse does not
+ * depend on where the steps begin and end. If the wheel moves from one mat to the next within the
+ * span, the span is divided between the mats by time, at the span's constant speed. Before the
+ * first row the aircraft is in the air and causes neither thrust nor load. After the last row it is
+ * at rest and causes load but no thrust. Off the runway it causes neither.
  *
  * Successive spans must not go back in time, because a cursor moves along the rows. sim_wheel_start
  * resets it. Units are ft, s and lb. */
@@ -22,10 +22,11 @@
 struct sim_touch {
     int mat;
     double thrust_lb;
-    double load_share; /* share of the wheel load, 0 to 1; with axle lines, in loads of one axle */
+    /* share of the wheel load, 0 to 1; with axle lines, as a multiple of the load of one axle */
+    double load_share;
 };
 struct sim_wheel {
-    const struct sim_path_row *rows; /* rows of the path in the scene, or `straight_path` */
+    const struct sim_path_row *rows; /* rows of the scene's path, or `straight_path` */
     size_t row_count;
     size_t cursor;
     double length_ft;
@@ -38,8 +39,9 @@ struct sim_wheel {
     int mat;
     double from_ft;
     double to_ft;
-    struct sim_path_row straight_path[2]; /* the keys Vac, s0 and F of the scene, as a path */
-    double airborne_until_s;              /* the aircraft is in the air until this time */
+    /* path made from the keys Vac, s0 and F of a scene without path */
+    struct sim_path_row straight_path[2];
+    double airborne_until_s; /* the aircraft is in the air until this time */
 };
 
 /* Starts a wheel at the beginning of its path. Neither the scene nor the wheel may move in memory
@@ -60,7 +62,8 @@ double sim_wheel_max_speed_ft_s(const struct sim_wheel *wheel);
 /* Mat under the wheel at t = 0, 1..N; 1 or N if the wheel is off the runway. */
 int sim_wheel_first_mat(const struct sim_wheel *wheel);
 
-/* Span: the aircraft's action on the mats between two hard breakpoints. README.md, "The wheel".
+/* Span: the aircraft's forces on the mats between two breakpoints, at which they change abruptly.
+ * README.md, "The wheel".
  *
  * Within one span, position and thrust force are linear in time, and the mats on which the aircraft
  * acts do not change. The breakpoints (moves to the next mat, rows of the path, end of thrust) are
@@ -69,8 +72,8 @@ struct span {
     double t0_s, t1_s;
     double x0_ft, speed_ft_s;
     double force_lb, force_lb_per_s; /* thrust at t0, lb, and its rate of change, lb/s */
-    int mat; /* mat under the wheel; with thrust `jump` it has all of the thrust */
-    /* Thrust `linear`: first of the two mats that share the thrust (-1: mat 0 has all of it).
+    int mat; /* mat under the wheel; with thrust `jump` it takes the whole thrust */
+    /* Thrust `linear`: the first of the two mats that share the thrust (-1: mat 0 takes all of it).
      * Thrust `jump`: -2. */
     int share_mat;
 };

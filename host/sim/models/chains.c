@@ -9,13 +9,15 @@
 
 struct chains {
     unsigned mats, bays;
-    unsigned awake_low, awake_high; /* range of bays that are awake in any lane; low > high: none */
+    /* range of bays (groups of mats) that are computed in any lane; low > high: none */
+    unsigned awake_low, awake_high;
     lanes kl_lb_ft, cl_lb_s_ft, slack_ft, friction_lb, per_lb, step_s;
-    words awake[MR_CHAIN_BAYS + 2u]; /* for each bay and lane: -1 awake, 0 asleep */
+    /* for each bay and lane: -1 awake (computed), 0 asleep (at rest) */
+    words awake[MR_CHAIN_BAYS + 2u];
     lanes u_ft[MR_CHAIN_INDICES], v_ft_s[MR_CHAIN_INDICES];
     lanes gap_ft[MR_CHAIN_INDICES], reach_ft[MR_CHAIN_INDICES];
     lanes grit_lb[MR_CHAIN_INDICES];
-    /* compression of the grit before it yields: grit force over stiffness */
+    /* compression at which the grit yields: force of the grit / stiffness */
     lanes give_ft[MR_CHAIN_INDICES];
     lanes push_lb[MR_CHAIN_INDICES]; /* thrust of the wheel during a step */
     words diverged;

@@ -1,8 +1,8 @@
 /* Chains computed together: eight members of an ensemble of runways, one per lane of vector
  * instructions. Each is the chain of common/matchain.h at group 1, with separate parameters, joints
- * and wheel. Results are identical to that chain bit for bit, because the operations and their
- * order are the same in each lane, and a lane whose bay sleeps is not changed. Only number and
- * length of the mats and the step are common to the eight.
+ * and wheel. Results are identical to that chain bit for bit, because each lane performs the same
+ * operations in the same order, and a lane whose bay (group of mats) is at rest is not changed.
+ * Only number and length of the mats and the time step are common to the eight chains.
  *
  * Units are feet, pounds and seconds. chains_new allocates, chains_free releases. */
 #ifndef MATRIG_HOST_SIM_MODELS_CHAINS_H
@@ -26,15 +26,15 @@ void chains_free(struct chains *chains);
  * thrust. */
 void chains_step(struct chains *chains, const unsigned mat[CHAINS_LANES],
                  const float thrust_lb[CHAINS_LANES]);
-/* Call after the steps of a block, like mr_chain_end_block. Returns a bit mask of the lanes that
- * have diverged. */
+/* Call after the steps of a block, as mr_chain_end_block. Returns a bit mask of the lanes that have
+ * diverged. */
 unsigned chains_settle(struct chains *chains);
 
 /* Opening of a joint, 1 to mats + 1. */
 float chains_opening_ft(const struct chains *chains, unsigned lane, unsigned joint);
 float chains_displacement_ft(const struct chains *chains, unsigned lane, unsigned mat);
-/* Number of mats in bays that are awake in any lane, times eight lanes: proportional to the time of
- * a step. */
+/* Returns the number of mats in bays that are computed in any lane, times eight lanes; the time of
+ * a step is proportional to it. */
 unsigned chains_mats_awake(const struct chains *chains);
 
 #endif

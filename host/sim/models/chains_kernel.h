@@ -36,8 +36,8 @@ LANES_INLINE lanes LANES(pull)(struct chains *c, unsigned j, lanes g_ft, lanes r
     return pull.lb;
 }
 
-/* Tension of the first joint of a bay, in lanes where the bay to its left is asleep and did not
- * compute it. */
+/* Tension of the first joint of a bay, for lanes in which the bay to its left is at rest and has
+ * not computed it. */
 LANES_INLINE lanes LANES(first_pull)(struct chains *c, unsigned j, masks mask)
 {
     return LANES(pull)(c, j, LANES(opening)(c, j), c->v_ft_s[j] - c->v_ft_s[j - 1u], mask);
@@ -69,7 +69,7 @@ LANES_INLINE void LANES(stretch_to)(struct chains *c, unsigned bay)
     c->awake_high = bay > c->awake_high ? bay : c->awake_high;
 }
 
-/* Applies the thrusts and wakes the bays under the wheels. */
+/* Applies the thrusts; bays under the wheels become active. */
 LANES_INLINE void LANES(press)(struct chains *c, const unsigned *mat, const float *thrust_lb,
                                bool on)
 {
@@ -93,7 +93,7 @@ LANES_INLINE void LANES(wake)(struct chains *c, unsigned bay, words set)
     LANES(stretch_to)(c, bay);
 }
 
-/* Wakes, in each lane, the neighbours of a bay whose outermost mat moves. */
+/* Activates, in each lane, the neighbour of a bay whose outermost mat moves. */
 LANES_INLINE void LANES(wake_beside)(struct chains *c)
 {
     const lanes none = {0};

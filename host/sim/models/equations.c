@@ -1,5 +1,5 @@
-/* The equations of both planar models (PLANAR.md, "Models"): their right-hand sides, mass matrix
- * and Jacobians. */
+/* Equations of both planar models (PLANAR.md, "Models"): right-hand sides, mass matrices and
+ * Jacobians. */
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -18,8 +18,8 @@
 typedef double vector4 __attribute__((vector_size(8 * VECTOR_SIZE)));
 typedef int64_t vector4_bits __attribute__((vector_size(8 * VECTOR_SIZE)));
 
-/* tanh x = 1 - 2/(e^(2x) + 1) for x > 0. e^y = 2^k e^r with |r| <= ln 2 / 2. The Taylor series of
- * e^r is truncated where the remainder is below 1e-17. */
+/* Computes tanh x = 1 - 2/(e^(2x) + 1) for x > 0. e^y = 2^k e^r with |r| <= ln 2 / 2. The Taylor
+ * series of e^r is truncated where the remainder is below 1e-17. */
 static inline __attribute__((always_inline)) vector4 vector_tanh_of(vector4 x)
 {
     const vector4_bits sign = (vector4_bits)(vector4){-0.0, -0.0, -0.0, -0.0};
@@ -55,8 +55,8 @@ TARGET_CLONES void vector_tanh(const double *restrict from, double scale, double
 /* ---- report model: from one end of the window to the other. Each mat's angular acceleration is
  * local; the acceleration of the node heights is a running sum ---- */
 
-/* True if a flat mat stays flat: its joints transmit no moment, and the soil acts in the same way
- * on both ends. */
+/* True if a flat mat stays flat: its joints transmit no moment, and the soil acts on both ends
+ * alike. */
 KERNEL_INLINE bool is_staying_flat(const struct model *m, int n, const struct kernel_mat *mat)
 {
     return mat->s == 0.0 && mat->w == 0.0 && !m->torsion[n] && !m->torsion[n + 1] &&
@@ -79,7 +79,7 @@ KERNEL_INLINE void report_rates_kernel(const struct model *m, double t_s, const 
                                          parts.has_slack);
     double moment_l = m->torsion[first] ? kernel_moment(m, first, &before, &mat) : 0.0;
     double soil_l = kernel_soil_lb(m, p, v, first);
-    /* up: share of the time in which the held node is off the ground */
+    /* up: fraction of the time for which the held node (model.h) is off the ground */
     double height = 0.0, up = 0.0;
 
     for (int n = first; n <= last; n++) {
@@ -96,7 +96,8 @@ KERNEL_INLINE void report_rates_kernel(const struct model *m, double t_s, const 
         accel[2 * n + 1] = kernel_slide_lb(m, n, mat.v, push, 0.0, 0.0, parts.friction_law) *
                            inverse_mass;
 
-        if (is_staying_flat(m, n, &mat)) { /* there is no moment, so soil_l equals soil_r */
+        /* without a moment, the soil forces at both ends are equal */
+        if (is_staying_flat(m, n, &mat)) {
             if (n == first)
                 accel[2 * n] = height = (m->q1_lb - 2.0 * soil_l) * inverse_mass;
             accel[2 * n + 2] = height;
@@ -115,7 +116,7 @@ KERNEL_INLINE void report_rates_kernel(const struct model *m, double t_s, const 
         /* second derivative of sin theta */
         double rise = mat.c * turning * inverse_inertia - mat.s * mat.w * mat.w;
         double middle = (m->q1_lb - soil_l - soil_r) *
-                        inverse_mass; /* n = 0: acceleration of the centre of mat 1 */
+                        inverse_mass; /* n = 0: acceleration of the middle of mat 1 */
         if (n == m->held_node - 1) {
             double level = n == 0 ? -middle / h : -height * inverse_length;
             double shear = h * mat.c * mat.c * m->lift_shear_lb *
@@ -159,8 +160,8 @@ KERNEL_INLINE struct kernel_mat moving_mat_state(const struct model *m, const do
                                                   : kernel_mat(p, v, n, inverse_length);
 }
 
-/* Kinematics of a mat outside the window: on the ground, with the tilt of the ground. If tensions
- * are given, only the angle is used. */
+/* Kinematics of a mat outside the window: it is on the ground and has the tilt of the ground. If
+ * the tensions are given, only the angle is used. */
 KERNEL_INLINE struct kernel_mat resting_mat_state(const struct model *m, int n,
                                                   double inverse_length,
                                                   const struct kernel_parts parts)
@@ -209,7 +210,7 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
         moment_l += m->brace_moment_lb_ft[first];
     /* upper diagonal of the factored mass matrix; one value per mat */
     double *upper = m->mass_upper;
-    /* force on the left node, and its diagonal element, from the mats to the left */
+    /* force on the left node, and diagonal element of the matrix, from the mats to the left */
     double force = 0.0, diagonal = 0.0;
     double upper_before = 0.0, off_before = 0.0, solved_before = 0.0;
 
@@ -254,7 +255,7 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
         off_before = quarter - a;
         upper_before = off_before / pivot;
         if (n == first && first > 0)
-            solved = upper_before = 0.0; /* the outermost nodes of the window do not move */
+            solved = upper_before = 0.0; /* the outermost nodes of the window are fixed */
         solved_before = solved;
         upper[n] = upper_before;
         accel[2 * n] = solved;
@@ -303,8 +304,8 @@ struct joint_slope {
     double p[5], v[5];
 };
 
-/* Derivatives of quantities of a mat with respect to its height difference dY. The derivative of
- * sin theta is 1/L. */
+/* Derivatives of quantities of a mat with respect to its height difference dY. That of sin theta is
+ * 1/L. */
 struct mat_slope {
     double turn_by_y; /* d theta/d dY, and d theta'/d dY' */
     double rate_by_y; /* d theta'/d dY */
@@ -483,8 +484,8 @@ static void report_rows(const struct jacobian_rows *r, const double *z, int n,
     int row = 2 * n + 2;
     add_to_band(r, r->mass, row, row, 1.0);
     if (n == 0 && m->held_node >= 0 && m->held_node <= 1) {
-        /* in this row, the acceleration of the held node is 0; the other end of mat 1 has twice the
-         * acceleration of its middle */
+        /* In this row, the acceleration of the held node is 0, so the other end of mat 1
+         * accelerates twice as fast as its middle. */
         int other = m->held_node == 0 ? row : row - 2;
         add_to_band(r, r->mass, 0, 0, 1.0);
         put_soil_gradient(r, other, 0, -2.0 / m->mass_slug);
@@ -542,7 +543,7 @@ static void consistent_rows(const struct jacobian_rows *r, const double *accel, 
     put_soil_gradient(r, 2 * n + 2, n + 1, -1.0);
 }
 
-/* The outermost nodes of the window do not move in the consistent model. */
+/* Sets the row of an outermost node of the window, which does not move in the consistent model. */
 static void fix_row(const struct jacobian_rows *r, int row)
 {
     size_t from = (size_t)row * MODEL_ROW_LENGTH;

@@ -1,6 +1,6 @@
 /* Kernel: the common parts of the right-hand sides of both models: kinematics, and the laws of
- * elements/ in the present modes. They are inlined, so that the compiler removes the parts that a
- * scene does not need. PLANAR.md, "Common pieces". Private to this folder and
+ * elements/ in the present modes. The functions are inlined, so that the compiler removes the parts
+ * that a scene does not need. PLANAR.md, "Common pieces". Private to this folder and
  * solvers/planar_engine.c. */
 #ifndef MATRIG_HOST_SIM_MODELS_KERNEL_H
 #define MATRIG_HOST_SIM_MODELS_KERNEL_H
@@ -17,13 +17,14 @@ void vector_tanh(const double *from, double scale, double *to, int count);
 
 #define KERNEL_INLINE static inline __attribute__((always_inline))
 
-/* The parts of a kernel instance. They are constants wherever the kernel is inlined. */
+/* Selects the parts of a kernel. The values are compile-time constants wherever the kernel is
+ * inlined. */
 struct kernel_parts {
     bool has_full_profile;
     bool has_slack;
-    /* the tensions of the joints are given; damping of the soil is implicit in the step */
+    /* the tensions of the joints are given, and the step treats damping of the soil implicitly */
     bool are_tensions_given;
-    /* `are_tensions_given`, and in addition modifications act on nodes and joints */
+    /* `are_tensions_given` is true, and modifications act on nodes and joints */
     bool has_braces;
     enum sim_friction friction_law;
     double step_s; /* length of the step if `are_tensions_given`; not a compile-time constant */

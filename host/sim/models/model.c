@@ -83,9 +83,10 @@ static enum mr_status check_scene(const struct sim_scene *scene, bool grit, stru
     return MR_OK;
 }
 
-/* Number of mats on which a load acts at once through the mass matrix. Its effect falls by a ratio
- * r per mat: (D - sqrt(D^2 - 4 B^2))/(2 |B|), with D on the diagonal of the matrix and B beside it.
- * 12 mats for mats as in the report; many if I is far above m L^2/4. */
+/* Number of mats on which a load acts at once through the mass matrix. From mat to mat the effect
+ * falls by the ratio (D - sqrt(D^2 - 4 B^2))/(2 |B|), where D is the diagonal element of the matrix
+ * and B the element beside it. This gives 12 mats for the mats of the report, and many if I is far
+ * above m L^2/4. */
 static int load_tail_mat_count(const struct model *m)
 {
     double quarter = 0.25 * m->mass_slug,
@@ -210,7 +211,7 @@ struct element_mat model_element_mat(const struct model *m, const double *z, int
 }
 
 /* Adds the forces of the elements. The mass matrices of both models are diagonal along the runway,
- * so each mat is computed separately. */
+ * so each mat can be computed separately. */
 static __attribute__((noinline)) void add_elements(const struct model *m, const double *z,
                                                    double *accel)
 {
@@ -259,7 +260,7 @@ double model_worst_angle_deg(const struct model *m, const double *z, int *mat_fr
 }
 
 #define POWER_ITERATIONS 300
-/* Number of mats that are enough, because all mats have the same parameters */
+/* This number of mats is sufficient, because all mats have the same parameters. */
 #define RATE_MATS_MAX    64
 
 double model_fastest_rate(struct model *m, const double *z, enum model_rate_kind steps)
@@ -269,7 +270,8 @@ double model_fastest_rate(struct model *m, const double *z, enum model_rate_kind
     double *work = xcalloc(size * (3 * MODEL_ROW_LENGTH + BANDED_ROW_LENGTH + 5) + length,
                            sizeof *work);
     int *pivot = xcalloc(size, sizeof *pivot);
-    signed char *kept = xmalloc(2 * ((size_t)mats + 1)); /* saved modes of contact and torsion */
+    /* copy of the modes of contact and torsion */
+    signed char *kept = xmalloc(2 * ((size_t)mats + 1));
     double rate = 0.0;
     double *mass = work, *by_p = mass + size * MODEL_ROW_LENGTH,
            *by_v = by_p + size * MODEL_ROW_LENGTH;
@@ -291,10 +293,12 @@ double model_fastest_rate(struct model *m, const double *z, enum model_rate_kind
     if (steps == MODEL_RATE_SPRINGS_ONLY) {
         m->cv_lb_s_ft = m->cl_lb_s_ft = m->ct_lb_ft_s_rad = m->slack_ft = m->tad_rad = 0.0;
         m->elements.count = 0;
-        memset(m->torsion + 1, 1, nodes - 2); /* joints at the ends may have no torsion */
+        /* excludes the joints at the ends, which may transmit no moment */
+        memset(m->torsion + 1, 1, nodes - 2);
     }
     if (law == SIM_FRICTION_STICK || law == SIM_FRICTION_SIGN)
-        m->friction_law = SIM_FRICTION_NONE; /* all mats slide: their friction is constant */
+        /* assume that all mats slide: their friction is then constant */
+        m->friction_law = SIM_FRICTION_NONE;
     model_rates(m, m->span.t0_s, z, accel);
     model_linearise(m, m->span.t0_s, z, accel, mass, by_p, by_v, drift);
     memcpy(m->contact, kept, nodes);
@@ -309,7 +313,7 @@ double model_fastest_rate(struct model *m, const double *z, enum model_rate_kind
     banded_combine((int)size, 1.0, mass, 0.0, by_p, 0.0, by_v, lu);
     if (banded_factor((int)size, lu, pivot)) {
         double growth = 0.0;
-        /* the start vector must have a component in every direction */
+        /* the start vector of the power iteration must have a component in every direction */
         for (size_t i = 0; i < 2 * size; i++)
             x[i] = 1.0 + 0.5 * (double)((i * 7919) % 101) / 101.0 - (double)(i % 2);
         for (int k = 0; k < POWER_ITERATIONS; k++) {
@@ -337,7 +341,7 @@ double model_fastest_rate(struct model *m, const double *z, enum model_rate_kind
                      : 0.0;
         }
     }
-    if (m->elements.count > 0) /* bound for any state, not only for this one */
+    if (m->elements.count > 0) /* a bound that holds for any state */
         rate = fmax(rate, element_bound(&m->elements, m->mass_slug).damping);
     m->elements.count = elements;
     free(work);
@@ -369,20 +373,24 @@ void model_describe(const struct model *m, struct sim_result *result)
     element_describe(m->scene, result);
 }
 
-/* The window: the range of mats that are integrated. PLANAR.md, "Active window".
+/* Update of the window, the range of mats that are integrated. PLANAR.md, "Active window".
  *
  * A mat outside the window is flat and at rest, and its displacement is constant. Omitting it is
  * exact if the laws keep it at rest: exact sticking holds a mat until the push exceeds its limit,
  * and the report's equations give a flat mat no moment until the free rotation of a joint is
- * exceeded or the lift shear acts on it. At that moment the window grows. With other laws the
- * motion has a tail ahead of the wave that falls faster than exponentially. The window then grows
- * while any of its GUARD_MATS outermost mats moves by more than REST_TOLERANCE. */
+ * exceeded or the lift shear acts on it. At that moment the window grows. With other laws, every
+ * mat moves at once, by an amount that decreases faster than exponentially with the distance. The
+ * window then grows while any of its GUARD_MATS outermost mats moves by more than
+ * REST_TOLERANCE. */
 
 #define GUARD_MATS             4
-#define WINDOW_GROWTH_MATS_MIN 8     /* smallest number of mats by which the window grows */
-#define REST_TOLERANCE         1e-13 /* multiplied by L for heights, by sqrt(g L) for speeds */
-#define STEPS_PER_SHRINK       16    /* number of steps between attempts to shrink the window */
-/* Smallest number of mats by which the window shrinks. A restart is not worthwhile for fewer. */
+#define WINDOW_GROWTH_MATS_MIN 8 /* smallest number of mats by which the window grows */
+/* limit of rest, times L for heights, times sqrt(g L) for speeds */
+#define REST_TOLERANCE         1e-13
+/* number of steps between attempts to make the window smaller */
+#define STEPS_PER_SHRINK       16
+/* The window is made smaller only by at least this number of mats, because it requires a restart of
+ * the stepper. */
 #define MIN_SHRINK_MATS        4
 
 static bool do_mats_stick_exactly(const struct model *m)
@@ -539,7 +547,7 @@ static void find_wanted_window(const struct model *m, const double *z, int *firs
             (do_flat_mats_stay_flat(m) && m->torsion[m->first_mat] != 0))
             *first = m->first_mat - 1 < *first ? m->first_mat - 1 : *first;
         if (!m->is_consistent && !m->contact[m->first_mat])
-            *first = 0; /* the apex can be any node up to m->first */
+            *first = 0; /* the highest node can be any node up to m->first */
     }
     if (m->last_mat < m->mats - 1) {
         if (m->slide_direction[m->last_mat + 1] != 0 ||
@@ -568,7 +576,8 @@ static void find_wanted_window(const struct model *m, const double *z, int *firs
     }
 }
 
-/* Number of mats that can leave the window at one end: mats at rest, minus a margin. */
+/* Returns the number of mats that can leave the window at one end: the mats at rest, minus a
+ * margin. */
 static int count_idle_mats(const struct model *m, const double *z, bool at_first)
 {
     int count = 0, low = 0, high = 0;

@@ -1,5 +1,5 @@
-/* Model: the planar equations of one scene, report model or consistent model, as used by the
- * solvers. PLANAR.md, "Models".
+/* Model: the planar equations of a scene (report model or consistent model), as the solvers use
+ * them. PLANAR.md, "Models".
  *
  * Coordinates of both models: node heights Y_1..Y_{N+1} (down positive) and mat displacements
  * u_1..u_N, interleaved: p[2(j-1)] = Y_j, p[2n-1] = u_n, size = 2N+1. The state is z = (p, v), 2
@@ -11,8 +11,8 @@
  * the left end of mat j); all outputs count from 1. Units are ft, lb, s, slug and rad.
  *
  * Every law with a switch (contact, torsion, slack, stick-slip, lift shear) is evaluated in its
- * present mode. A mode is valid while its margin is >= 0 (model_margin). A solver that locates
- * switches sees smooth right-hand sides between them; a solver that samples them calls
+ * present mode. A mode is valid while its margin is >= 0 (model_margin). For a solver that locates
+ * switches, the right-hand sides are smooth between switches. A solver that samples them calls
  * model_sample_modes before every evaluation.
  *
  * One owner, one thread; the scene must outlive the model. */
@@ -43,7 +43,7 @@ enum model_switch_kind {
 
 struct model_switch {
     enum model_switch_kind kind;
-    int index; /* number of a node, joint or mat; for MODEL_APEX the new apex */
+    int index; /* number of a node, joint or mat; for MODEL_APEX the new highest node */
 };
 
 struct model {
@@ -69,20 +69,22 @@ struct model {
 
     /* Modes. */
     signed char *contact; /* for each node: true if the soil acts on it */
-    signed char *torsion; /* for each joint: -1, 0 (free), 1 */
+    /* for each joint: -1 or 1 if it transmits a moment, 0 if it turns freely */
+    signed char *torsion;
     /* for each joint: -1 pressed, 0 open, 1 hooked; always 0 without slack */
     signed char *joint_mode;
-    signed char *slide_direction; /* for each mat: -1, 0 (stuck), 1; law stick only */
+    /* for each mat: direction of sliding -1 or 1, or 0 if it sticks; law stick only */
+    signed char *slide_direction;
     signed char *lift_shear_sign; /* for each mat: sign of its lift shear */
-    int lifted_nodes;             /* number of nodes out of contact */
+    int lifted_nodes;             /* number of nodes that are off the ground */
     int apex_node;                /* number of the highest node; valid while lifted_nodes > 0 */
 
     /* Node that is held at the edge of contact (report model); -1: none. The lift shear of a mat
      * acts only while its right end is off the ground, and may press the end down again at once.
-     * Such a node bounces ever faster and then stays at the edge of contact. Its height is held
-     * until the shear is too small or the node lifts off. In the limit of fast bouncing, the node
-     * is off the ground for a share of the time, and the mats on both sides get this share of the
-     * lift that they have while it is off the ground. */
+     * Such a node bounces with ever shorter intervals and then stays at the edge of contact. From
+     * then on its height is held, until the shear is too small or the node lifts off. During this
+     * time the node is treated as off the ground for a fraction of the time, and the mats on both
+     * sides get that fraction of the lift that they have while it is off the ground. */
     int held_node;
     signed char held_lift_shear_signs
         [2]; /* lifts of the mats on both sides of the held node while it is off the ground */
@@ -91,7 +93,7 @@ struct model {
      * displacements (model.c). */
     bool can_leave_out_mats; /* true: mats may be left out; set before model_start */
     int first_mat, last_mat;
-    double *rest_u_ft; /* for each mat outside the window: its displacement */
+    double *rest_u_ft; /* for each mat outside the window: its constant displacement */
     double rest_y_ft;  /* height of a node at rest under the weight of its mats */
     /* Consistent model: number of mats over which the effect of a sudden load on the heights falls
      * by the factor MODEL_TAIL_RATIO. */
@@ -103,15 +105,15 @@ struct model {
     double *friction_tanh; /* for each mat: tanh of its speed over veps */
     /* The next fields are set by an engine with fixed steps that computes the joints' tensions and
      * uses the model only for the vertical motion (consistent_heave_rates;
-     * solvers/planar_engine.c). Heights in z are then above the ground under each node, and a mat
-     * at rest is turned by its tilt: the height of the ground under its left end minus that under
-     * its right end. */
+     * solvers/planar_engine.c). Heights in z are then relative to the ground under each node, and a
+     * mat at rest has a tilt: the height of the ground under its left end minus that under its
+     * right end. */
     const double *tilt_ft; /* for each mat: tilt; NULL: level ground */
     double max_tilt_ft;
     /* For each mat: tilt at rest, including the settlement of soft nodes. NULL: level. */
     const double *rest_tilt_ft;
-    /* Soil of each node, hinge of each joint, and mass of each mat / mass_slug. NULL: equal
-     * everywhere. */
+    /* Soil of each node, hinge of each joint, and mass of each mat divided by mass_slug. NULL: the
+     * same everywhere. */
     const double *node_kv_lb_ft, *node_cv_lb_s_ft, *joint_kt_lb_ft_rad, *mass_ratio;
     const double *given_tension_lb; /* tension of each joint */
     /* force of the modifications on each node and moment on each joint; NULL: none */
@@ -147,8 +149,8 @@ void model_fill_outside_window(const struct model *model, double *z);
  * degrees or more. */
 void model_rates(struct model *model, double t_s, const double *z, double *accel);
 
-/* Linearisation at (t, z) with accelerations `accel`: rows of M, dR/dp and dR/dv for the residual R
- * = force(t, p, v) - M(p) accel; entry (i, k) is at [i * MODEL_ROW_LENGTH + k - i +
+/* Linearises at (t, z) with accelerations `accel`: writes the rows of M, dR/dp and dR/dv for the
+ * residual R = force(t, p, v) - M(p) accel; entry (i, k) is at [i * MODEL_ROW_LENGTH + k - i +
  * MODEL_HALF_BANDWIDTH]. dR/dt is written to `drift`. */
 void model_linearise(struct model *model, double t_s, const double *z, const double *accel,
                      double *mass, double *dr_dp, double *dr_dv, double *drift);
@@ -160,34 +162,34 @@ struct element_mat model_element_mat(const struct model *model, const double *z,
 double model_push_lb(const struct model *model, double t_s, const double *z, int mat);
 double model_friction_limit_lb(const struct model *model, const double *z, int mat);
 
-/* Present margin of one switch. It is negative if the mode no longer fits the state. */
+/* Returns the present margin of a switch. It is negative if the mode no longer fits the state. */
 double model_margin(const struct model *model, double t_s, const double *z, struct model_switch s);
 
 /* Lists the switches with a negative margin, at most `room`. Returns their total number. */
 int model_find_violations(const struct model *model, double t_s, const double *z,
                           struct model_switch *found, int room);
 
-/* Returns true if a mode can change and change back within a step, which the ends of the step do
- * not show. The check uses the states and their rates (v, p'') at both ends. Returns false if no
- * margin can reach zero, according to cubics with a safety factor of two. */
+/* Returns true if a mode may change and change back within a step, which cannot be seen from the
+ * states at its ends. Uses cubics through the states and rates (v, p'') at both ends, with a safety
+ * factor of two. Returns false if no margin can reach zero. */
 bool model_can_switch(const struct model *model, double t0_s, const double *z0, const double *rate0,
                       double t1_s, const double *z1, const double *rate1);
 
-/* Index range in p of the coordinates on which the margin of a switch depends. */
+/* Gets the range of indexes in p of the coordinates on which the margin of a switch depends. */
 void model_switch_range(const struct model *model, struct model_switch s, int *low, int *high);
 
 /* Changes the mode of a switch, and updates everything that depends on it. The speed of a mat that
  * stops becomes exactly 0. */
 void model_apply_switch(struct model *model, double t_s, double *z, struct model_switch s);
 
-/* Call after changes of modes. Tests mats at rest for sticking again, and updates the lift shear
+/* Call after modes have changed. Tests again whether mats at rest stick, and updates the lift shear
  * and the counts. */
 void model_update_modes(struct model *model, double t_s, const double *z);
 
-/* Sets every mode except stick-slip from the state. */
+/* Sets all modes except those of sliding from the state. */
 void model_sample_shape_modes(struct model *model, const double *z);
 
-/* Sets every mode from the state. */
+/* Sets all modes from the state. */
 void model_sample_modes(struct model *model, double t_s, const double *z);
 
 /* Outputs. Angles are in degrees. */
@@ -198,7 +200,7 @@ double model_worst_angle_deg(const struct model *model, const double *z, int *ma
  * limits explicit steps. MODEL_RATE_STAGGERED leaves out the parts that staggered steps treat
  * implicitly or exactly: the soil's dampers and the elements of the table. MODEL_RATE_SPRINGS_ONLY:
  * only the springs, with every joint and hinge engaged, which gives the shortest time in which a
- * colliding part can swing back. */
+ * colliding part can rebound. */
 enum model_rate_kind { MODEL_RATE_EXPLICIT, MODEL_RATE_STAGGERED, MODEL_RATE_SPRINGS_ONLY };
 double model_fastest_rate(struct model *model, const double *z, enum model_rate_kind steps);
 
@@ -207,7 +209,7 @@ void model_describe(const struct model *model, struct sim_result *result);
 /* Solution of linear systems with the banded matrices of a model, half-bandwidth
  * MODEL_HALF_BANDWIDTH, by elimination with pivoting, in O(n). */
 
-/* row length; includes the elements that pivoting adds */
+/* length of a row, including the elements that pivoting adds */
 #define BANDED_ROW_LENGTH (3 * MODEL_HALF_BANDWIDTH + 1)
 
 /* Computes a = x mass + y dr_dp + z dr_dv, with rows in the layout of banded_factor: entry (i, k)

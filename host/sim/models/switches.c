@@ -3,9 +3,9 @@
 
 #include "host/sim/models/kernel.h"
 
-#define HELD_SPEED_LIMIT     1.25e-7 /* bounces slower than this times sqrt(g L) are ignored */
-/* Mats; a joint keeps its mode up to this distance beyond its edge. The motion far from a wave
- * opens joints by 1e-30 ft, which must not switch them. */
+#define HELD_SPEED_LIMIT     1.25e-7 /* bounces slower than this, times sqrt(g L), are ignored */
+/* In mats. A joint keeps its mode up to this distance past its limit. Far from a wave, joints open
+ * by 1e-30 ft, which must not change their modes. */
 #define SLACK_EDGE_TOLERANCE 1e-12
 
 static struct kernel_mat mat_state(const struct model *m, const double *z, int n)
@@ -41,8 +41,8 @@ double model_friction_limit_lb(const struct model *m, const double *z, int mat)
     return kernel_limit_lb(m, mat, kernel_soil_lb(m, z, v, mat), kernel_soil_lb(m, z, v, mat + 1));
 }
 
-/* True if a mat has no friction because it is in the air and its normal force is that of the soil.
- * Such a mat neither stops nor sticks. */
+/* True if a mat has no friction because it is in the air and the normal force of its friction is
+ * that of the soil. Such a mat neither stops nor sticks. */
 static inline bool is_afloat(const struct model *m, int mat)
 {
     return m->has_soil_normal && !m->contact[mat] && !m->contact[mat + 1];
@@ -71,8 +71,7 @@ static bool has_joint_torsion(const struct model *m, int j)
 }
 
 /* Acceleration of a node at the edge of contact: `off` with the lift shears of a node in contact,
- * `on` with those of a raised node. The model is not changed; fields that must change are changed
- * in a copy. */
+ * `on` with those of a raised node. Works on a copy of the model. */
 static void held_node_accel(const struct model *m, double t_s, const double *z, int node,
                             double *off, double *on)
 {
@@ -168,7 +167,7 @@ int model_find_violations(const struct model *m, double t_s, const double *z,
     if (lowest != m->apex_node && watch_apex)
         add_violation(&found, MODEL_APEX, lowest);
     if (m->tad_rad > 0.0 && (m->kt_lb_ft_rad > 0.0 || m->ct_lb_ft_s_rad > 0.0)) {
-        /* |asin a - asin b| is certainly below TAD while |a| + |b| is below sin TAD */
+        /* |asin a - asin b| is certainly below TAD if |a| + |b| is below sin TAD */
         double flat_ft = (m->tad_rad < 1.5 ? elementary_sin(m->tad_rad) : 0.99) * m->length_ft -
                          2.0 * m->max_tilt_ft;
         double left_ft = 0.0;
@@ -210,10 +209,10 @@ int model_find_violations(const struct model *m, double t_s, const double *z,
     return found.count;
 }
 
-/* Lift shear of mat n. `left`, `right`: the left or right end is raised. */
+/* Returns the direction of the lift shear of mat n. `left`, `right`: that end is raised. */
 static signed char lift_shear_sign(const struct model *m, int n, bool left, bool right)
 {
-    /* second mat behind the apex node: its left end is the next node */
+    /* the mat after the next one; its left end is the node after the highest one */
     int ridge = m->apex_node + 1;
     if (m->lift_shear == SIM_SHEAR_FOLLOWING)
         return n == ridge && left;
@@ -300,12 +299,12 @@ static void try_hold_node(struct model *m, double t_s, double *z, int node)
     m->held_node = -1;
     if (off < 0.0 && on > 0.0) {
         m->held_node = node;
-        /* the following nodes move by the same height, so that their mats keep their angles */
+        /* move the following nodes by the same height, so that their mats keep their angles */
         for (int j = node; j <= m->last_mat + 1; j++) {
             z[m->coordinate_count + 2 * j] -= speed;
             if (fabs(z[2 * j] - edge_ft) > 1e-3 * SOIL_TOUCH_FT)
                 continue;
-            /* well within contact, so that rounding does not lift flat mats */
+            /* clearly in contact, so that rounding does not lift flat mats */
             z[2 * j] = -0.5 * SOIL_TOUCH_FT;
             if (fabs(z[m->coordinate_count + 2 * j]) < fabs(speed))
                 z[m->coordinate_count + 2 * j] = 0.0;
@@ -330,7 +329,7 @@ void model_apply_switch(struct model *m, double t_s, double *z, struct model_swi
         held_node_accel(m, t_s, z, s.index, &off, &on);
         m->held_node = -1;
         m->contact[s.index] = (signed char)(on < 0.0 ? 0 : 1);
-        if (on < 0.0) /* below the edge, contact would push the node up at first */
+        if (on < 0.0) /* at the edge, contact would push the node up */
             z[2 * s.index] = -SOIL_TOUCH_FT;
         break;
     }
@@ -356,8 +355,8 @@ void model_apply_switch(struct model *m, double t_s, double *z, struct model_swi
     }
 }
 
-/* Updates the direction of sliding of mats in the air, which reverse without a stop. Otherwise such
- * a mat would count as stopped when it lands. */
+/* Updates the direction of sliding of mats in the air, which can reverse without a stop. With an
+ * old direction, such a mat would count as stopped when it lands. */
 static void update_afloat_slides(struct model *m, const double *z)
 {
     for (int n = m->first_mat; m->friction_law == SIM_FRICTION_STICK && n <= m->last_mat; n++) {
@@ -404,9 +403,9 @@ void model_sample_modes(struct model *m, double t_s, const double *z)
     update_slide_directions(m, t_s, z);
 }
 
-/* Largest distance of a quantity from the range of its values at both ends of a step: twice the
- * excess of the cubic through values and slopes. (A slope that differs from the mean by 1 raises
- * the cubic by 4/27 of the step.) */
+/* Returns the largest distance by which a quantity can leave the range between its values at the
+ * ends of a step: twice the excess of the cubic through values and slopes. (A slope that differs
+ * from the mean by 1 raises the cubic by 4/27 of the step.) */
 static inline double max_deviation(double h, double from, double to, double rate_from,
                                    double rate_to)
 {
@@ -515,7 +514,7 @@ static bool can_slip_change(const struct model *m, const struct step_ends *s, in
         return can_exceed_limit(s, -side * s->z0[v], -side * s->z1[v], -side * s->r0[v],
                                 -side * s->r1[v], 0.0);
     if (m->has_soil_normal)
-        return true; /* the limit of friction is not constant either */
+        return true; /* the limit of friction may vary too */
     double from = model_push_lb(m, s->t0_s, s->z0, mat), to = model_push_lb(m, s->t1_s, s->z1, mat);
     double rate_from = joint_tension_rate(m, s->z0, s->r0, mat + 1) -
                        joint_tension_rate(m, s->z0, s->r0, mat);

@@ -1,4 +1,4 @@
-/* Values of a scene along the runway, and where its modifications are. */
+/* Values of a scene that vary along the runway, and positions of its modifications. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -47,7 +47,7 @@ double sim_scene_shortest_step_value(const struct sim_scene *scene, enum sim_var
     return extreme;
 }
 
-/* Each end of a mat carries half of its weight. */
+/* Each end of a mat carries half of the mat's weight. */
 double sim_scene_settlement_ft(const struct sim_scene *scene, int node)
 {
     double kv = sim_scene_value_along(scene, SIM_VARIED_KV, scene->kv_lb_ft, node), weight_lb = 0.0;
@@ -101,7 +101,7 @@ int mods_place(int first, int every, int i)
     return (first > 0 ? first : every) + i * every;
 }
 
-/* Number of these places up to `last`. */
+/* Returns the number of places first, first + every, ... up to `last`. */
 static int count_places(int first, int every, int last)
 {
     int begin = mods_place(first, every, 0);

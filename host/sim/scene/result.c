@@ -32,7 +32,7 @@ int sim_time_digits(double start_s, int digits)
 void sim_result_add_left_out(struct sim_result *result, const char *what)
 {
     for (size_t i = 0; i + 1 < SIM_LEFT_OUT_MAX; i++) {
-        /* another solver, which ran this scene before, has added it */
+        /* a solver that ran this scene before may already have added it */
         if (result->left_out_effects[i] == what)
             return;
         if (!result->left_out_effects[i]) {
@@ -203,7 +203,7 @@ void sim_record_to_result(struct sim_record *record, struct sim_result *result)
         outputs += record->snapshots[i].output_index >= 0;
     result->outputs = xcalloc(outputs + 1, sizeof *result->outputs);
     result->output_count = outputs;
-    /* outputs of an interrupted run are complete up to a time */
+    /* the outputs of an interrupted run are complete only up to a certain time */
     bool complete = record->next_snapshot == record->snapshot_count;
     size_t delivered = 0;
     for (size_t i = 0; i < record->next_snapshot; i++) {

@@ -1,12 +1,12 @@
-/* Options and result of a simulation: the input of sim_run apart from the scene, and its output,
- * for all models and solvers.
+/* Options and result of a simulation, for all models and solvers: the inputs of sim_run besides the
+ * scene, and its output.
  *
  * sim_run allocates the arrays, sim_result_free releases them. A result that is not SIM_OK has no
  * usable numbers: status, mat, t_s and the costs are set, and the arrays are NULL. There are two
- * exceptions. An interrupted result has the values computed so far. A result that is
- * SIM_UNPREDICTABLE has one of several runs that diverge at t_s: from then on its numbers are valid
- * only within the error estimates, which are the spread of those runs. Units are ft and s. Arrays
- * never contain NaN. */
+ * exceptions. An interrupted result has the values computed so far. A SIM_UNPREDICTABLE result is
+ * one of several runs that diverge at t_s. From t_s on, its numbers are valid only within the error
+ * estimates, which are the differences between those runs. Units are ft and s. Arrays never contain
+ * NaN. */
 #ifndef MATRIG_HOST_SIM_SCENE_RESULT_H
 #define MATRIG_HOST_SIM_SCENE_RESULT_H
 
@@ -21,29 +21,28 @@ struct sim_options {
     /* NULL or "auto": chosen automatically, with the reason in the result. Chain: "event",
      * "staggered"; planar models: the names in stepper.h. */
     const char *solver;
-    /* Fixed step. 0: half of the stability limit, and half of that if the check (chain.h) requires
-     * it. */
+    /* Time step. 0: half of the stability limit, and shorter if the check (chain.h) requires it. */
     double dt_s;
     /* Planar models: tolerance of the step control. Chain: permitted error estimate as a fraction
      * of the largest |u|. The step is halved until the estimate is below it. */
     double rtol;
-    bool integrates_all_mats; /* true: all mats are integrated all the time */
+    bool integrates_all_mats; /* true: all mats are integrated at all times, also mats at rest */
     /* Solver staggered: one pass with dt or half the stability limit, without an error estimate
      * (0). Only stability is checked. For ensembles whose spread is far larger than the error of a
      * pass. Solver event of the chain: one pass at tolerance rtol. */
     bool is_single_pass;
-    /* Solver staggered: run the first two passes on two threads, for a caller that has no other
-     * work for the second thread. The result is identical bit for bit. */
+    /* Solver staggered: run the first two passes on two threads, for a caller that does not use the
+     * second thread itself. The result is identical bit for bit. */
     bool in_parallel;
-    /* Landings with heights: record where the wheel meets nodes that have risen by this height. 0:
-     * do not record. */
+    /* Landings with heights: record where the wheel reaches a node that has risen by at least this
+     * height. 0: do not record. */
     double overrun_ft;
     /* Called from time to time with the completed fraction of the pass, 0 to 1. If it returns
      * false, the run stops: SIM_INTERRUPTED. NULL: not called. */
     bool (*may_continue)(void *ctx, int pass_from_1, double part);
     void *may_continue_ctx;
-    /* Wall-clock time after which the run is stopped: SIM_INTERRUPTED. 0: no limit. Solvers that
-     * auto tries after the first one have a separate limit (planar.h). */
+    /* Wall-clock time after which the run is stopped: SIM_INTERRUPTED. 0: no limit. If `auto` tries
+     * further solvers, they have a separate limit (planar.h). */
     double time_limit_s;
     /* returns seconds that never decrease; NULL: the clock of host/base/monotonic_clock.h */
     double (*clock_s)(void *ctx);
@@ -67,7 +66,7 @@ enum sim_status {
 #define SIM_NOTES_MAX    16
 #define SIM_OVERRUNS_MAX 8
 
-/* The state at one of the scene's t_out (or at the end if it has none). */
+/* The state at one of the scene's output times t_out (or at the end if it has none). */
 struct sim_output {
     double t_s;
     double *u_ft;   /* mats + 1 values; u_ft[n] is mat n, [0] is unused */
@@ -79,8 +78,8 @@ struct sim_result {
     enum sim_status status;
     int mat;            /* mat at which the run failed, if not SIM_OK */
     double t_s;         /* time of the failure, if the run failed */
-    const char *reason; /* why a stepper made no progress, static text; otherwise NULL */
-    int pass_count;     /* number of passes that were begun, as for may_continue */
+    const char *reason; /* reason why a solver made no progress, static text; NULL: none */
+    int pass_count;     /* number of passes begun, counted as for may_continue */
     const char *solver; /* name of the solver, static text */
     int mats;
     /* start of the run (sim_scene_start_s), as a time in the scene; all times of the result are
@@ -90,8 +89,8 @@ struct sim_result {
     double run_ms;        /* wall-clock duration of all passes */
     double pass_ms;       /* duration of the pass whose numbers are the result */
     double dt_s;          /* time step of that pass */
-    double dt_limit_s;    /* stability limit of the time step */
-    double checked_dt_s;  /* time step of the pass that checked the result */
+    double dt_limit_s;    /* largest stable time step */
+    double checked_dt_s;  /* time step of the second pass, with which the result was checked */
     uint64_t evaluations; /* number of force evaluations in all passes */
     uint64_t steps;       /* number of steps in the pass whose numbers are the result */
     uint64_t other_steps; /* number of steps in all other passes */
@@ -103,23 +102,24 @@ struct sim_result {
     double error_u_ft;
     double error_lift_ft;
     /* If SIM_UNPREDICTABLE: number of runs that diverge, and number of those with a bow wave. The
-     * differences of the runs are the error estimates. */
+     * error estimates are the differences between these runs. */
     int diverging_run_count, diverging_wave_count;
-    double peak_u_ft; /* largest |u| at the same times */
+    double peak_u_ft; /* largest |u| over the times of error_u_ft */
     int peak_mat;
     double speed_end_ft_s; /* speed of the fastest mat at the end; 0 if all mats are at rest */
     double max_lift_ft;
     bool bow_wave;
-    /* Solver staggered and the chain's event, over the whole run; joints 1..N+1, [0] unused. NULL
-     * for other solvers. */
+    /* Arrays over joints 1..N+1 ([0] unused), maxima over the whole run. Only for solver staggered
+     * and for the chain's event; otherwise NULL. */
     double *max_push_lb; /* largest compression of each joint in the run */
     double *max_pull_lb; /* largest tension of each joint in the run */
-    double *max_rise_ft; /* planar models: largest lift of each node from its ground */
-    /* Planar models: largest turn of a joint upward (^) and downward (v). Both are positive. */
+    double *max_rise_ft; /* planar models: largest lift of each node above its ground */
+    /* Planar models: largest angle by which a joint turns upward (^) and downward (v). Both are
+     * positive. */
     double crest_deg, sag_deg;
     int crest_joint, sag_joint;
-    /* Nodes at which the wheel met a wave (sim_options.overrun_ft), in order of time. Between two
-     * entries the wheel was on mats lower than half of overrun_ft. */
+    /* Nodes at which the wheel reached a wave (sim_options.overrun_ft), in order of time. Between
+     * two entries the wheel passed mats with less than half of that rise. */
     int overrun_nodes[SIM_OVERRUNS_MAX];
     int overrun_count; /* number of entries in `overrun_nodes` */
     /* First node that rose by overrun_ft, and the mat under the wheel at that time (0: none). */
@@ -142,9 +142,9 @@ struct sim_result {
     /* same index: height of the left end of the mat, positive up; NULL in model chain */
     double *sample_y_ft;
 
-    int integrated_mats_max;     /* largest number of mats that were integrated at the same time */
-    double integrated_mats_mean; /* mean over time of the number of integrated mats */
-    /* features that the model omits, static texts; NULL ends the list */
+    int integrated_mats_max;     /* largest number of mats integrated in one step */
+    double integrated_mats_mean; /* number of integrated mats, mean over time */
+    /* effects that the model omits, as static texts; NULL ends the list */
     const char *left_out_effects[SIM_LEFT_OUT_MAX];
     char notes[SIM_NOTES_MAX][200]; /* an empty text ends the list */
 };
@@ -156,8 +156,8 @@ const char *sim_status_name(enum sim_status status);
 /* Sets the status of a run that did not complete, and the mat and time of the failure. */
 void sim_result_set_status(struct sim_result *result, enum sim_status status, int mat, double t_s);
 
-/* Number of significant digits for a time of a run that starts at start_s: `digits` plus the number
- * of digits of start_s before its decimal point, at most 15. */
+/* Returns the number of significant digits for a time of a run that starts at start_s: `digits`
+ * plus the number of digits of start_s before the decimal point, at most 15. */
 int sim_time_digits(double start_s, int digits);
 
 /* These functions add a text to a list unless the list already has it. The lists have room for all
@@ -171,8 +171,8 @@ void sim_result_free(struct sim_result *result);
 /* Record: the output of one pass of a solver: u of every mat at set times, and samples at stations.
  *
  * The set times are 64 equally spaced times up to the end (for comparing passes) and the scene's
- * t_out. The solver reports the end of each step; between the ends, u is interpolated linearly, as
- * in the motion of a fixed step. Units are ft and s. */
+ * t_out. The solver reports the state at the end of each step; in between, u is interpolated
+ * linearly, as in the motion of a fixed step. Units are ft and s. */
 struct sim_snapshot {
     double t_s;
     int output_index; /* index in the scene's t_out; -1: one of the 64 times */
@@ -196,9 +196,10 @@ struct sim_record {
     size_t next_snapshot;
     size_t next_sample;
     double next_record_s; /* next time that must be recorded; INFINITY: none */
-    /* For each mat: height of its left end, positive up. Set by the solver of a planar model. */
+    /* Height of the left end of each mat, positive up. A planar model's solver sets it. */
     const double *height_ft;
-    /* set by the solver of a planar model before it calls sim_record_add; otherwise 0 and node 1 */
+    /* largest lift and its node; a planar model's solver sets them before it calls sim_record_add,
+     * otherwise 0 and node 1 */
     double lift_ft;
     int lift_node;
 };

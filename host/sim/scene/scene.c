@@ -48,7 +48,7 @@ static const char *const lift_shear_names[] = {"rising", "none", "following", "b
         name, kind, SCENE_OFFSET(field), low, high, false, NULL, unit, meaning, 0 \
     }
 
-/* A key whose value is a number, or values along the runway. */
+/* A key whose value is one number or a list of values along the runway. */
 #define VARIED_KEY(name, field, which, low, above, unit, meaning)                                \
     {                                                                                            \
         name, SIM_KEY_REAL, SCENE_OFFSET(field), low, SIM_VALUE_MAX, above, NULL, unit, meaning, \
@@ -268,9 +268,8 @@ const struct sim_key *sim_key_find(const char *name)
 
 /* ---- a scene in memory ---- */
 
-/* Sets the defaults of the modifications. Sources in the report: bands 5.1.2.1 (3/8 x 0.020 in,
- * steel), static deflection under the wheel 2.6 (0.050 in over a mat of 24/7 in), cleats 5.5 (3/4
- * in). */
+/* Sets the defaults of the modifications. Sections of the report: bands 5.1.2.1 (3/8 x 0.020 in,
+ * steel), deflection under the wheel 2.6 (0.050 in over a mat of 24/7 in), cleats 5.5. */
 static void mods_set_defaults(struct sim_mods *mods)
 {
     *mods = (struct sim_mods){
@@ -369,8 +368,8 @@ void sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows
 
 /* ---- reading a scene ---- */
 
-/* Reads a number, or a text "NUMBER UNIT", and converts it to the unit of the key. Returns false if
- * the value is neither, if a text has no unit, or if the key has no unit but the text has one. */
+/* Reads a number, or a text "NUMBER UNIT", and converts it to the unit of the key. Returns false
+ * for a value of another type, a text without unit, or a unit where the key has none. */
 static bool read_quantity(const struct sim_key *key, const json_t *value, double *number,
                           struct quantity_error *wrong)
 {
@@ -425,7 +424,8 @@ static enum mr_status read_choice(void *field, const struct sim_key *key, const 
             return MR_OK;
         }
         if (i > 0)
-            strcat(names, ", "); /* cannot overflow: the names in the table are short */
+            /* no overflow is possible, because the names in the table are short */
+            strcat(names, ", ");
         strcat(names, key->choices[i]);
     }
     if (json_is_string(value))
@@ -473,7 +473,7 @@ static enum mr_status read_value_row(double *values, size_t count, const struct 
     return MR_OK;
 }
 
-/* Reads values along the runway: a list of `count` numbers, or a number and rows for parts. */
+/* Reads values along the runway: a list, or one number for all places and rows for others. */
 static enum mr_status read_along(struct sim_list *list, size_t count, const struct sim_key *key,
                                  const char *path, const json_t *value, struct error *error)
 {
@@ -632,7 +632,7 @@ static enum mr_status read_object(struct sim_scene *scene, const char *path, jso
     if (!json_is_object(root))
         return error_set(error, MR_MALFORMED,
                          "not a scene: %s: the file is not a JSON object; begin with {", path);
-    /* The length of lists depends on N; an invalid N is refused below. */
+    /* list lengths depend on N; the check below refuses an invalid N */
     json_int_t mats = json_integer_value(json_object_get(root, "N"));
     if (mats >= 1 && mats <= SIM_MATS_MAX)
         scene->mats = (int)mats;

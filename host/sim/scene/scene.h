@@ -21,8 +21,8 @@
 #define SIM_ELEMENTS_MAX   8
 #define SIM_GEAR_LINES_MAX 8
 
-/* Quantities that may differ along the runway. The first four have a value per joint or node (N +
- * 1), the others per mat (N). */
+/* Quantities that may vary along the runway. The first four have a value per joint or node (N + 1),
+ * the others per mat (N). */
 enum sim_varied {
     SIM_VARIED_KV,
     SIM_VARIED_CV,
@@ -70,8 +70,10 @@ struct sim_bands {
     /* Largest force that a connection holds before the band slips through it; INFINITY: it never
      * slips. */
     double grip_lb;
-    double rivet_pull_lb; /* vertical force that pulls a rivet out; INFINITY: never */
-    double hole_wear_ft; /* slip after which the hole of a rivet is worn through; INFINITY: never */
+    /* vertical force that pulls a rivet out; INFINITY: rivets cannot be pulled out */
+    double rivet_pull_lb;
+    /* slip at which the hole of a rivet is worn through; INFINITY: holes do not wear */
+    double hole_wear_ft;
     double mat_tilt_rad; /* angle by which the wheel turns a riveted mat against the band */
     double alpha_f;      /* thermal expansion, 1/degree Fahrenheit */
     /* temperature of the band minus the temperature at which its tension was T, degrees
@@ -87,8 +89,8 @@ struct sim_bands {
 enum sim_restraint_kind { SIM_ANCHORS, SIM_TIES, SIM_ABSORBERS, SIM_RESTRAINT_KINDS };
 
 struct sim_restraint {
-    /* mats or joints `first_place`, `first_place` + `spacing`, ...; every 0: none; first 0: the
-     * first multiple of `spacing` */
+    /* mats or joints `first_place`, `first_place` + `spacing`, ...; spacing 0: none; first_place 0:
+     * the first multiple of `spacing` */
     int spacing, first_place;
     double k_lb_ft, c_lb_s_ft;
     /* largest force of a restraint; a larger force pulls anchors and tie-downs out */
@@ -104,25 +106,27 @@ struct sim_mods {
     struct sim_bands band[SIM_BAND_GROUPS];
     /* mats with cleats: cleat_every 0: none; cleat_first 0: the first multiple of cleat_every */
     int cleat_every, cleat_first;
-    double cleat_hold_lb; /* hold of a new cleat */
-    /* movement of a mat by which the hold falls to 1/e; INFINITY: the hold is constant */
+    double cleat_hold_lb; /* holding force of a new cleat */
+    /* movement of a mat that reduces the hold to 1/e; INFINITY: the hold is constant */
     double cleat_travel_ft;
     /* planar model: rise of a mat at which its cleat is out of the ground */
     double cleat_depth_ft;
-    /* The hold of a raised cleat is proportional to this power of its depth. 0: the power 2, and
-     * the hold of the part that was out of the ground is lost for good. */
+    /* The hold of a raised cleat is proportional to this power of its depth in the ground. 0: the
+     * power is 2, and the hold of the part that was out of the ground is lost permanently. */
     double cleat_exponent;
-    double cleat_spring_deg; /* a cleat that is turned by less than this at its root springs back */
+    /* a cleat that is bent at its root by less than this angle springs back */
+    double cleat_spring_deg;
     /* for each cleat: share of its hold that remains at the start; empty: 1 */
     struct sim_list cleat_left;
     int stiff_span_mats;   /* number of mats that one stiffener connects; 0: none */
     int stiff_free_joints; /* number of joints between two stiffeners of the same line */
     int stiff_lines, stiff_first;
-    /* stiffness along the runway, and largest force, of one line at a joint that it crosses */
+    /* stiffness along the runway, and largest force, of one stiffener line at a joint that it
+     * crosses */
     double stiff_k_lb_ft, stiff_grip_lb;
     /* stiffness and yield moment of one line in bending at a joint */
     double stiff_kt_lb_ft_rad, stiff_yield_lb_ft;
-    /* Joint openings at which the lines exert no force; empty: gap0. */
+    /* Joint openings at which the stiffeners exert no force; empty: gap0. */
     struct sim_list stiff_gap0_ft;
     double lay_deg, lay_slide_lb, lay_mu;
     struct sim_restraint restraint[SIM_RESTRAINT_KINDS];
@@ -206,8 +210,8 @@ struct sim_scene {
      * element. */
     double element_values[SIM_ELEMENTS_MAX];
     /* Values along the runway, by enum sim_varied. Empty: every mat has the value of the field
-     * above. With W, inertia and friction of a mat are proportional to its weight. V0 replaces
-     * v0_ft_s and v0_mat. */
+     * above. If W varies, inertia and friction of each mat are proportional to its weight. V0
+     * replaces v0_ft_s and v0_mat. */
     struct sim_list varied[SIM_VARIED_COUNT];
 };
 
@@ -244,22 +248,22 @@ double sim_scene_end_s(const struct sim_scene *scene);
 
 /* Time at which the run starts. Normally 0, with the aircraft in the air until the first row of the
  * path. It is the time of the first row if nothing moves before this row. It is also the time of
- * the first row if this time is so late that the path must have an absolute clock (seconds since an
- * epoch); v0, bumps and other actions then begin with the first row. */
+ * the first row if that time is later than SIM_CLOCK_S, because the times of the path are then
+ * probably seconds since an epoch; v0, bumps and other actions then begin with the first row. */
 #define SIM_CLOCK_S 86400.0 /* s; one day */
 double sim_scene_start_s(const struct sim_scene *scene);
 
-/* Makes a copy of the scene whose times are relative to the start of the run, for the engines. A
- * small time has a finer resolution than a large time. The copy shares the other lists of the
- * scene. A t_out before the start becomes 0, because nothing has moved until then. */
+/* Makes a copy of the scene, for the engines, whose times are relative to the start of the run,
+ * because small times have a finer resolution than large ones. The copy shares all other lists with
+ * the scene. A t_out before the start becomes 0; nothing moves before the start. */
 void sim_scene_shift_times(struct sim_scene *counted, const struct sim_scene *scene);
 void sim_scene_shift_times_free(struct sim_scene *counted, const struct sim_scene *scene);
 
-/* Shortest time that a fixed step must resolve: the time in which the thrust exceeds the limit of
- * friction, or the time in which a mat comes to rest again. INFINITY without friction. */
+/* Returns the shortest time that a fixed step must resolve: during which the thrust exceeds the
+ * limit of friction, or in which a mat comes to rest again. INFINITY without friction. */
 double sim_scene_shortest_time_s(const struct sim_scene *scene);
 
-/* Value of a per-joint list for joint 1..N+1. */
+/* Returns the value of a list by joint for joint 1..N+1. */
 double sim_scene_joint_value(const struct sim_list *list, int joint);
 /* True if a quantity of `along` differs along the runway, or if there is a weight on an end. Such a
  * scene needs a solver with fixed steps. */
@@ -306,19 +310,19 @@ int mods_restraint_count(const struct sim_scene *scene, int kind);
 /* Name of the kind in keys. */
 const char *mods_restraint_name(int kind);
 
-/* The keys of a scene: name in the file, offset in struct sim_scene, unit, allowed values. Scenes
- * are read, checked and explained with one table. The file of an element defines the element's key
+/* The keys of a scene: name in the file, offset in struct sim_scene, unit, allowed values. One
+ * table is used to read, check and explain scenes. The file of an element defines its key
  * (elements/element.h). Each key has its unit in ft, lb, s and slug; a value may be a text with any
  * unit of the same kind (host/base/quantity.h). */
 enum sim_key_kind {
     SIM_KEY_TEXT,
     SIM_KEY_REAL,
     SIM_KEY_INTEGER,
-    SIM_KEY_CHOICE, /* an enum of the size of an int; `choices` are in the order of its values */
+    SIM_KEY_CHOICE, /* an enum with the size of an int; `choices` are in the order of its values */
     SIM_KEY_LIST,   /* a list of real numbers */
-    /* a real number, a list of N+1, or a real number and rows [first, last, number] */
+    /* a real number; a list of N+1; or a real number with rows [first, last, number] */
     SIM_KEY_JOINTS,
-    /* a real number, or a list with one value per part of a modification (mods_check) */
+    /* a real number, or a list with one value per place of a modification (mods_check) */
     SIM_KEY_PARTS,
     SIM_KEY_PATH /* rows of three real numbers */
 };
@@ -327,17 +331,18 @@ struct sim_key {
     const char *name;
     enum sim_key_kind kind;
     size_t offset;
-    double min; /* smallest and largest value, also of each value of a list */
+    double min; /* smallest and largest allowed value; for a list, of each of its values */
     double max;
     bool excludes_min;          /* true: the value must be above `min` */
     const char *const *choices; /* allowed words; NULL ends the list */
     const char *unit;           /* "lb s/ft"; "" for a number without dimension or a name */
     const char *meaning;        /* description of the key, in one line */
-    /* SIM_KEY_REAL: offset of the list that an array of the key sets; 0: only one number. */
+    /* SIM_KEY_REAL: offset of the list that is set if the value is an array; 0: arrays are not
+     * allowed. */
     size_t list_offset;
 };
 
-#define SIM_VALUE_MAX 1e15 /* a technical limit, so that products of values are finite */
+#define SIM_VALUE_MAX 1e15 /* keeps products of values finite */
 
 /* Keys of the elements (elements/element.c). */
 extern const struct sim_key *const sim_element_keys[];

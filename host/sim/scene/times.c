@@ -4,7 +4,7 @@
 
 #include "host/sim/scene/scene.h"
 
-/* Time from which the aircraft is at rest or beyond the last mat. */
+/* Returns the time from which the aircraft is at rest or beyond the last mat. */
 static double aircraft_leave_time_s(const struct sim_scene *scene)
 {
     double runway_ft = scene->mats * scene->length_ft;
@@ -56,8 +56,8 @@ double sim_scene_start_s(const struct sim_scene *scene)
     return skips && sim_scene_end_s(scene) > first_s ? first_s : 0.0;
 }
 
-/* Time since the start, rounded to the last decimal place that such a large time has. A large time
- * is not exactly its decimal number: 1700000000.1 is off by 1.2e-7. */
+/* Returns a time relative to the start, rounded to the last decimal place that the large time has:
+ * a double does not represent a large decimal time exactly (1700000000.1 is off by 1.2e-7). */
 static double time_from_start_s(double t_s, double start_s)
 {
     double later_s = fmax(t_s, start_s),
@@ -99,7 +99,7 @@ struct pulse {
     double from_s, impulse_lb_s;
 };
 
-#define PULSE_MOVEMENT_MIN 1e-7 /* movement / mat length; a shorter movement counts as none */
+#define PULSE_MOVEMENT_MIN 1e-7 /* smallest movement / mat length that counts */
 
 static void finish_pulse(struct pulse *pulse, const struct sim_scene *scene, double at_s,
                          double *shortest_s)
@@ -113,8 +113,8 @@ static void finish_pulse(struct pulse *pulse, const struct sim_scene *scene, dou
     *pulse = (struct pulse){0};
 }
 
-/* Extends the pulse by one row of the path. In this row, the thrust minus the limit changes from
- * a_lb to b_lb. */
+/* Extends the pulse by one row of the path, in which the thrust minus the limit changes from a_lb
+ * to b_lb. */
 static void update_pulse(struct pulse *pulse, const struct sim_scene *scene,
                          const struct sim_path_row *row, double a_lb, double b_lb,
                          double *shortest_s)

@@ -34,7 +34,8 @@ struct chain {
     /* the friction law is stick, and no other force depends on the speed of a mat */
     bool can_stick;
     bool is_varied; /* joints or mats have different properties (sim_scene_is_varied) */
-    bool is_plain;  /* can_stick, and in addition fixed ends, equal mats and no modifications */
+    /* can_stick is true, the ends are fixed, all mats are equal, and there are no modifications */
+    bool is_plain;
     double veps_ft_s;
     double mass_slug;
     const struct sim_scene *scene;
@@ -51,9 +52,9 @@ struct chain {
     double *reach_ft;
     double *thrust_lb;
     double *limit_lb;        /* Coulomb limit of each mat */
-    double *grit_yield_ft;   /* grit/KL: compression of the grit before it yields */
-    double *tension_lb;      /* tension of each joint in the last kick */
-    double *last_tension_lb; /* tension in the last kick and in the kick before */
+    double *grit_yield_ft;   /* compression at which the grit yields: grit/KL */
+    double *tension_lb;      /* tension of each joint in the last kick (update of the speeds) */
+    double *last_tension_lb; /* tension in the last kick and in the kick before it */
     double *earlier_tension_lb;
     double *previous_v_ft_s;          /* speed of each mat before the last kick */
     double *kl_lb_ft, *mat_mass_slug; /* stiffness of each joint and mass of each mat */
@@ -67,7 +68,7 @@ struct chain {
 
 #define ARRAY_COUNT 16
 #define ARRAY_PADDING \
-    8 /* unused entries at both ends of an array: the widest block (chain_kernel.h) */
+    8 /* number of unused entries at both ends of an array: the widest block (chain_kernel.h) */
 #define ARRAY_ALIGNMENT 64
 
 #define LANES_FILE "host/sim/solvers/chain_kernel.h"
@@ -95,7 +96,7 @@ static void chain_reset(struct chain *chain, const struct sim_scene *scene)
                                                     chain->joint_constants.slack_ft);
     }
     for (size_t i = 0; i < chain->array_length; i++) {
-        /* entries beyond the mats must never move */
+        /* entries beyond the mats must never move: their limit is infinite */
         (chain->limit_lb - ARRAY_PADDING)[i] = (double)INFINITY;
         (chain->mat_mass_slug - ARRAY_PADDING)[i] = chain->mass_slug;
     }
@@ -150,7 +151,8 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
                                     &chain->kl_lb_ft,
                                     &chain->mat_mass_slug};
     for (size_t i = 0; i < ARRAY_COUNT; i++)
-        *arrays[i] = storage + ARRAY_PADDING + i * length; /* entry 0 of an array is for mat 0 */
+        /* index 0 of each array belongs to mat 0 */
+        *arrays[i] = storage + ARRAY_PADDING + i * length;
     bool grit = false;
     for (int j = 1; j <= chain->mats + 1; j++)
         grit = grit || sim_scene_joint_value(&scene->grit_lb, j) > 0.0;
@@ -200,9 +202,10 @@ static struct mods_view chain_view(const struct chain *chain)
     return (struct mods_view){chain->u_ft, chain->v_ft_s, 1, 0, chain->tension_lb, 0};
 }
 
-/* Call before a kick of mats first..last over h_s, after chain_apply_load, if the scene has
- * modifications. Adds the forces of the bands to the riveted mats and wears cleats. Extends
- * first..last to a riveted mat that now moves. Call chain_unbrace after the kick. */
+/* For scenes with modifications. Call before a kick of mats first..last over h_s and after
+ * chain_apply_load. Adds the forces of the bands to the riveted mats and reduces the hold of worn
+ * cleats. Extends first..last to include riveted mats that now move. Call chain_unbrace after the
+ * kick. */
 static void chain_brace(struct chain *chain, double h_s, const struct sim_touch *touch, int count,
                         int *first, int *last)
 {
@@ -214,7 +217,8 @@ static void chain_brace(struct chain *chain, double h_s, const struct sim_touch 
             int mat = (int)mods->state->cleat_mat[i];
             bool loaded = false;
             for (int k = 0; k < count; k++)
-                /* the limit of a loaded mat is set again in every step */
+                /* the limit of a loaded mat need not be restored, because it is set again in every
+                 * step */
                 loaded = loaded || touch[k].mat == mat;
             if (mat >= *first && mat <= *last && !loaded)
                 chain->limit_lb[mat] = unloaded_friction_limit_lb(chain, mat);
@@ -267,8 +271,8 @@ static void kick_sliding_block(const struct chain *chain, double h_s, int first,
     }
 }
 
-/* Computes the speed of each mat under the gear again, from its speed before the kick: elastic
- * ground acts on it instead of Coulomb friction. */
+/* Computes the speed of each mat under the gear again, from its speed before the kick, with the
+ * elastic ground in place of Coulomb friction. */
 static void kick_mats_under_gear(const struct chain *chain, double h_s)
 {
     struct gear *gear = chain->gear;
@@ -329,10 +333,10 @@ static __attribute__((noinline)) void brace_joints(const struct chain *chain, in
         mods_pull_joints(chain->mods, &view, first, last);
 }
 
-/* Kick: updates the speeds of mats first..last over h_s with the forces at the present openings.
- * Sticking is exact: a mat at rest whose force is within its limit keeps the speed 0, and a mat
- * whose speed would cross 0 stops there and is tested again. Mats outside first..last must be at
- * rest and remain at rest. Returns the number of mats that stopped. */
+/* Kick: updates the speeds of mats first..last over h_s with the forces at the present joint
+ * openings. Sticking is exact: a mat at rest whose force is within its limit keeps the speed 0, and
+ * a mat whose speed would cross 0 stops there and is tested again. Mats outside first..last must be
+ * at rest and remain at rest. Returns the number of mats that stopped. */
 static unsigned chain_kick(struct chain *chain, double kick_s, double h_s, int first, int last)
 {
     int block = block_start(chain, first);
@@ -391,11 +395,11 @@ static double chain_energy_lb_ft(const struct chain *chain, int first, int last)
     return 0.5 * (chain->mass_slug * kinetic + chain->joint_constants.kl_lb_ft * elastic) + braced;
 }
 
-/* A mode of rate w and damping d moves by z^2 - (2 - h d - h^2 w^2) z + (1 - h d). It is stable,
- * inside the unit circle, while h^2 w^2 + 2 h d < 4. Largest w^2 and d of a chain of equal mats: 4
- * KL/m and 4 CL/m, with both ends of every mat joined. A steep tanh adds its own slope. Elements of
- * the table are exact within the kick and do not reduce the limit: they make the left side smaller.
- */
+/* Returns the largest stable step h. A mode with rate w and damping d has the characteristic
+ * polynomial z^2 - (2 - h d - h^2 w^2) z + (1 - h d). Its roots are inside the unit circle while
+ * h^2 w^2 + 2 h d < 4. Largest w^2 and d of a chain of equal mats: 4 KL/m and 4 CL/m, with both
+ * ends of every mat joined. The friction law tanh adds its slope to d. Elements of the table are
+ * integrated exactly within the kick and do not reduce the limit. */
 static double chain_step_limit_s(const struct chain *chain)
 {
     int ends = (chain->is_left_free ? 0 : 1) + (chain->is_right_free ? 0 : 1);
@@ -458,45 +462,47 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
 
 /* ---- runs ---- */
 
-/* First step / stability limit, if no step is given. The step of the coarser pass is then at the
+/* First step / stability limit if no step is given. The coarser pass then uses exactly the
  * limit. */
-#define FIRST_STEP_SHARE        0.5
-/* Part of a mat that the aircraft may cross in one step, if no step is given. */
-#define CROSSED_MAT_SHARE_MAX   0.25
-#define SHORTEST_TIME_SHARE_MAX 0.125 /* step / shortest time that a step must resolve */
-#define MIN_STEPS               1000
-#define MAX_STEPS               400000000u
-#define MAX_HALVINGS            8
-/* ratio of the steps of two passes; at 2 their switches would coincide */
-#define STEP_RATIO              1.9
-/* Error estimate / difference of two passes. A method of order 1 requires 1.11. */
-#define ERROR_FACTOR            2.0
-#define ERROR_FLOOR             1e-10 /* smallest error estimate / mat length */
-#define CHANCE_AGREEMENT_MATS_MAX \
-    32 /* largest number of mats for which two runs can agree by chance */
-#define THIRD_ERROR_FACTOR     4.0  /* error estimate / largest difference of three passes */
-#define THIRD_STEP_RATIO       1.37 /* steps of a third pass / steps of the coarser pass */
-#define ENERGY_RATIO_MAX       4.0
-#define STEPS_PER_CALLBACK     1024 /* number of steps between calls of may_continue */
+#define FIRST_STEP_SHARE          0.5
+/* Largest part of a mat that the aircraft may cross in one step if no step is given. */
+#define CROSSED_MAT_SHARE_MAX     0.25
+#define SHORTEST_TIME_SHARE_MAX   0.125 /* largest step / shortest time that a step must resolve */
+#define MIN_STEPS                 1000
+#define MAX_STEPS                 400000000u
+#define MAX_HALVINGS              8
+/* Ratio of the steps of two passes. With the ratio 2, both passes would sample switches at the same
+ * times. */
+#define STEP_RATIO                1.9
+/* Error estimate / difference of two passes. A method of order 1 would require 1.11. */
+#define ERROR_FACTOR              2.0
+#define ERROR_FLOOR               1e-10 /* smallest error estimate / mat length */
+#define CHANCE_AGREEMENT_MATS_MAX 32  /* up to this number of mats, two runs can agree by chance */
+#define THIRD_ERROR_FACTOR        4.0 /* error estimate / largest difference between three passes */
+/* number of steps of a third pass / number of steps of the coarser pass */
+#define THIRD_STEP_RATIO          1.37
+#define ENERGY_RATIO_MAX          4.0
+#define STEPS_PER_CALLBACK        1024 /* number of steps between calls of may_continue */
 /* Number of steps between energy checks. Odd, so that errors of alternating sign are detected. */
-#define STEPS_PER_ENERGY_CHECK 61
-#define MAX_DISAGREEMENT       0.1
-/* Steps for which a mat must be at rest before it leaves the window: one for its damper, one for
- * the grit, one spare. */
-#define REST_STEPS_MIN         3
+#define STEPS_PER_ENERGY_CHECK    61
+#define MAX_DISAGREEMENT          0.1
+/* Number of steps for which a mat must be at rest before it leaves the window: one for its damper,
+ * one for the grit, one in reserve. */
+#define REST_STEPS_MIN            3
 
-/* The mats that are integrated: all moving mats, and one mat at rest on either side. */
+/* The window: the mats that are integrated, which are all moving mats and one mat at rest on either
+ * side. */
 struct window {
     int first;
     int last;
-    int first_rest_steps; /* steps for which the two mats at each end have been at rest */
+    int first_rest_steps; /* number of steps for which the two mats at each end have been at rest */
     int last_rest_steps;
 };
 
 /* One pass: a run over the whole duration with one step. */
 struct pass {
     uint64_t step_count;
-    /* less than `step_count` if the pass failed, or ended early because all mats are at rest */
+    /* fewer than `step_count` if the pass failed, or ended early because all mats came to rest */
     uint64_t done_step_count;
     double h_s;
     double ms;
@@ -521,8 +527,8 @@ static bool is_window_at_rest(const struct window *window)
            window->last_rest_steps >= REST_STEPS_MIN;
 }
 
-/* Extends the window to the mats under the wheel. If nothing in the window has moved for a while,
- * moves the window to the wheel instead. */
+/* Extends the window to the mats under the wheel. If nothing in the window has moved for
+ * REST_STEPS_MIN, moves it to the wheel instead. */
 static void extend_window(struct window *window, const struct chain *chain,
                           const struct sim_touch *touch, int count)
 {
@@ -569,7 +575,7 @@ static void shrink_window(struct window *window, const struct chain *chain)
     while (last > first && chain->v_ft_s[last] == 0.0)
         last--;
     if (chain->v_ft_s[first] == 0.0)
-        first = last = 2; /* no mat moves, so any position is valid */
+        first = last = 2; /* no mat moves, so any position of the window is valid */
     window->first = first > 1 ? first - 1 : 1;
     window->last = last < chain->mats ? last + 1 : chain->mats;
 }
@@ -627,7 +633,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             shrink_window(&window, chain);
         else if (prune)
             update_window(&window, chain);
-        /* all mats are at rest, and the forces no longer change */
+        /* true if all mats are at rest and the forces no longer change */
         bool still = prune && i > 0 && is_window_at_rest(&window) &&
                      sim_wheel_is_past_path(&wheel, from_s);
         bool last = still || i + 1 == pass->step_count;
@@ -653,7 +659,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             }
         }
         if (last)
-            /* so that rounding does not skip outputs at the end */
+            /* slightly longer, so that rounding does not skip outputs at the end */
             t_s = (double)pass->step_count * h * (1.0 + 1e-11);
         if (pass->record.next_record_s <= t_s)
             sim_record_add(&pass->record, t_s, chain->u_ft, chain->v_ft_s);
@@ -791,7 +797,7 @@ static void fill_result(struct chain *chain, struct pass *pass, const struct pas
         result->gap_ft[j] = chain_opening_ft(chain, j);
 }
 
-/* Moves the finer pass to the place of the coarser pass, for the next pair. */
+/* Makes the finer pass the coarser pass of the next pair. */
 static void move_finer_pass(struct pass *to, struct pass *from)
 {
     free_pass(to);
@@ -812,9 +818,9 @@ static void run_single_pass(struct chain *chain, const struct sim_scene *scene,
     free_pass(&only);
 }
 
-/* True if two runs can agree by chance: joints can tear, which depends on a single peak; no
- * friction stops mats that have separated; or few mats move. A third run, with a step between those
- * of the two, then increases the error estimate. */
+/* True if two runs can agree by chance: joints can tear, which depends on a single peak of tension;
+ * there is no friction to stop mats that have separated; or few mats move. In these cases a third
+ * run, with a step between those of the two, is included in the error estimate. */
 static bool needs_third_pass(const struct chain *chain, const struct sim_scene *scene)
 {
     return scene->mods.tear_lb < HUGE_VAL || chain->friction == SIM_FRICTION_NONE ||
@@ -822,7 +828,7 @@ static bool needs_third_pass(const struct chain *chain, const struct sim_scene *
 }
 
 /* Error estimate with a third run: THIRD_ERROR_FACTOR times the largest difference of any two runs.
- * 0: the third run failed, or was interrupted (*interrupted). */
+ * Returns 0 if the third run failed or was interrupted (*interrupted). */
 static double third_pass_error_ft(struct chain *chain, const struct sim_scene *scene,
                                   const struct sim_options *options, const struct pass *coarse,
                                   const struct pass *fine, struct sim_result *result,
@@ -841,9 +847,9 @@ static double third_pass_error_ft(struct chain *chain, const struct sim_scene *s
     return THIRD_ERROR_FACTOR * most_ft;
 }
 
-/* Runs two passes, with `steps` and `steps`/STEP_RATIO steps (STEP_RATIO times `steps` if the
- * result is the coarser pass). Unless the step is fixed, repeats them with shorter steps while they
- * differ too much. The result is one of the two passes. */
+/* Runs two passes, with `steps` and `steps`/STEP_RATIO steps (if the result is to be the coarser
+ * pass, with STEP_RATIO times `steps` and `steps`). Unless the step is given, repeats this with
+ * shorter steps while the two differ too much. One of the two passes becomes the result. */
 static void run_pass_pairs(struct chain *chain, const struct sim_scene *scene,
                            const struct sim_options *options, uint64_t steps, bool coarser_answers,
                            struct sim_result *result)
@@ -924,7 +930,7 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
     sim_wheel_start(&wheel, scene);
     chain_make(&chain, scene, sim_wheel_first_mat(&wheel));
     double crossing_s =
-        /* INFINITY: the aircraft is at rest */
+        /* INFINITY if the aircraft is at rest */
         scene->length_ft / sim_wheel_max_speed_ft_s(&wheel);
     result->solver = "staggered";
     result->mats = scene->mats;

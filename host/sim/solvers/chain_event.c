@@ -13,19 +13,20 @@
 #define FIRST_ORDER              12
 #define STEPS_PER_CALLBACK       256
 #define MAX_STEPS                50000000u
-#define MAX_SWITCHES_AT_ONCE     64 /* largest number of switches per mat at the same time */
-/* Tolerances of the runs: truncation error of a step / speed. */
+/* largest number of switches (changes of mode) per mat at the same time */
+#define MAX_SWITCHES_AT_ONCE     64
+/* Tolerances of the runs: truncation error of a step, relative to the speed. */
 #define COARSE_TOLERANCE         1e-9
 #define FINE_TOLERANCE           1e-12
 #define FINEST_TOLERANCE         1e-13
-/* Difference of two runs / COARSE_TOLERANCE above which a third run is required. */
+/* If the difference of two runs exceeds this multiple of COARSE_TOLERANCE, a third run is made. */
 #define THIRD_RUN_FACTOR         1e6
 #define ERROR_FACTOR             3.0   /* error estimate / largest difference between runs */
 #define ERROR_FLOOR              1e-10 /* smallest error estimate / largest movement */
 #define ERROR_FLOOR_LENGTH       1e-13 /* smallest error estimate / mat length */
 /* Largest allowed difference / largest movement, if rtol is not given */
 #define MAX_DISAGREEMENT         0.1
-#define STEP_PER_SWITCH_TIME_MAX 2.0 /* longest step / usual time to a switch */
+#define STEP_PER_SWITCH_TIME_MAX 2.0 /* longest step / usual time between switches */
 
 struct tolerance_run {
     double tolerance, longest_step_s, run_ms;
@@ -42,8 +43,8 @@ bool chain_event_is_supported(const struct sim_scene *scene)
     return !mods_are_given(scene) && !sim_scene_is_varied(scene);
 }
 
-/* Updates the largest forces of each joint. A force is largest at a point of the step, or at the
- * vertex of a parabola between points. */
+/* Updates the largest forces of each joint. The largest force in a step is that at one of several
+ * points, or at the vertex of the parabola through three of them. */
 static void update_peak_tensions(struct motion *m, int first, int last, int order, double h)
 {
     int parts = 2 + (int)law_min(2.0 * h * m->max_rate, 60.0);
@@ -68,7 +69,8 @@ static void update_peak_tensions(struct motion *m, int first, int last, int orde
     }
 }
 
-/* Records the outputs within the step. Rounding must not skip outputs at the end. */
+/* Records the outputs whose times are within the step. The end is included with a margin, so that
+ * rounding does not skip outputs. */
 static void record_samples(struct motion *m, struct tolerance_run *run, int first, int last,
                            int order, double h, bool at_end)
 {

@@ -1,17 +1,17 @@
-/* Chain by events: the horizontal equations of a runway, with every switch located in time (solver
- * `event` of model chain).
+/* Solver `event` of model chain: solves the horizontal equations of a runway and finds the exact
+ * time of every switch (change of mode).
  *
  * Between switches (a mat stops, starts or turns; a joint opens, closes or hooks; its grit holds or
- * yields) the equations are linear, and u of every mat is a power series in time whose terms follow
- * from the equations one by one. A step is such a series, truncated where further terms are
- * negligible. A switch condition is a polynomial within the step, and its first root ends the step.
- * Switches are therefore exact in time, and the largest force of a joint is the largest value of
- * its polynomial.
+ * yields) the equations are linear, and the displacement u of every mat is a power series in time,
+ * whose terms are computed from the equations one after another. A step is such a series, truncated
+ * where further terms are negligible. A switch condition is a polynomial within the step, and its
+ * first root ends the step. Switches are therefore exact in time, and the largest force of a joint
+ * is the largest value of its polynomial.
  *
  * A step includes only the mats from the outermost moving ones to one mat beyond. Two runs, at two
- * tolerances, check each other: the stated error is three times their largest difference, and at
- * least a share of the movement. If they differ by a thousandth of the movement, a third run is
- * included. If the error exceeds rtol (default: a tenth of the movement), the result is
+ * tolerances, check each other: the stated error is three times their largest difference, but at
+ * least a fixed fraction of the movement. If they differ by a thousandth of the movement, a third
+ * run is included. If the error exceeds rtol (default: a tenth of the movement), the result is
  * SIM_UNPREDICTABLE: a finer run does not help. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_CHAIN_EVENT_H
 #define MATRIG_HOST_SIM_SOLVERS_CHAIN_EVENT_H

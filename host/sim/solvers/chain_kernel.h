@@ -15,8 +15,8 @@ LANES_INLINE unsigned LANES(count)(masks set)
     return sum;
 }
 
-/* Number of mats or joints in a block. The arrays have padding at both ends, so all blocks are
- * whole. */
+/* Number of mats or joints in a block. The arrays have padding at both ends, so that every block is
+ * complete. */
 static int LANES(block)(void)
 {
     return BLOCK_MATS;
@@ -72,10 +72,11 @@ LANES_INLINE struct LANES(slip)
     return slip;
 }
 
-/* Position correction for mats that stopped in a kick. The speed in the middle of a step gives the
- * right movement if the force is constant, but not if the mat stopped or reversed in the kick. For
- * such mats of the block at n, with speed v before the kick, returns the distance to add so that
- * the drift over h that follows ends at the right position. */
+/* Returns a correction of the positions of mats that stopped or reversed in a kick, for the block
+ * of mats at n. The positions are advanced with the speed in the middle of the step, which is right
+ * under constant force but not for such mats. v: speed before the kick. The result is the distance
+ * to add so that the following drift (update of the positions) over h ends at the right
+ * position. */
 LANES_INLINE lanes LANES(place_ft)(lanes v_ft_s, struct LANES(slip) slip, double kick_s, double h_s)
 {
     const lanes none = {0}, half = LAW_VALUE(0.5), half_s = LAW_VALUE(0.5 * h_s);
@@ -89,8 +90,8 @@ LANES_INLINE lanes LANES(place_ft)(lanes v_ft_s, struct LANES(slip) slip, double
 }
 
 /* Updates the largest tensions of the block of joints at j, from their last three tensions. For
- * tensions that are large in the chain, the peak between steps is used: that of the parabola
- * through the three values, if all three are tension or all three are compression. */
+ * tensions that are large compared with those of other joints, the peak between steps is used: the
+ * vertex of the parabola through the three values, if all have the same sign. */
 LANES_INLINE void LANES(note)(const struct chain *chain, int j, lanes first_lb, lanes middle_lb,
                               lanes last_lb)
 {
@@ -138,8 +139,8 @@ static unsigned LANES(stick)(const struct chain *all, double kick_s, double h_s,
     return stops;
 }
 
-/* Drift of the blocks first..last. Also updates the largest tensions with those of the previous
- * kick. */
+/* Drift (update of the positions) of the blocks first..last. Also updates the largest tensions with
+ * those of the previous kick. */
 static void LANES(drift)(const struct chain *all, double h_s, int first, int last)
 {
     const struct chain copy = *all, *chain = &copy;
@@ -158,7 +159,7 @@ static void LANES(drift)(const struct chain *all, double h_s, int first, int las
 LANES_INLINE unsigned LANES(stride)(const struct chain *all, double kick_s, double h_s, int first,
                                     int last, enum joint_law law)
 {
-    /* a copy, so that the compiler knows that no store changes its pointers */
+    /* a local copy, which tells the compiler that stores do not change the pointers */
     const struct chain copy = *all, *chain = &copy;
     lanes per_lb = LAW_VALUE(kick_s / chain->mass_slug);
     unsigned stops = 0;

@@ -13,14 +13,14 @@
 
 #define ARRAY_PADDING         8
 #define ARRAY_ALIGNMENT       64
-/* Largest product of step and fastest rate, divided by the order. The terms of the series then
+/* Largest product of step and fastest rate, divided by the order. With it the terms of the series
  * decrease. */
 #define SERIES_STEP_MAX       0.4
-#define TANH_SATURATION_SPEED 20.0 /* speed / veps above which tanh is 1 */
+#define TANH_SATURATION_SPEED 20.0 /* speed / veps above which tanh is 1 within rounding */
 #define COULOMB_SPEED_MIN     25.0 /* speed / veps above which a mat slides by Coulomb's law */
-/* Largest product of step and rate of tanh, while the argument of tanh is near 0 */
+/* Largest product of step and rate of tanh while the argument of tanh is near 0. */
 #define TANH_STEP_MAX         0.3
-#define EDGE_TOLERANCE        1e-12 /* mats; README.md: a wheel at x = n L is on mat n + 1 */
+#define EDGE_TOLERANCE        1e-12 /* in mats; README.md: a wheel at x = n L is on mat n + 1 */
 #define ROUNDING_SHARE        (16.0 * DBL_EPSILON)
 #define SLIDE_ON_GROUND       3 /* value of slide for a mat on elastic ground */
 
@@ -72,7 +72,7 @@ static void expand_tanh_friction(const struct motion *m, int k, int first, int l
 TARGET_CLONES void motion_expand_series(const struct motion *m, int first, int last, int order)
 {
     int count = last - first + 1;
-    /* Mats beyond the range are at rest. Their older coefficients may be left from an earlier
+    /* Set the mats beyond the range to rest: their older coefficients may remain from an earlier
      * motion. */
     for (int k = 1; k <= order; k++)
         m->u_terms[k][first - 1] = m->u_terms[k][last + 1] = 0.0;
@@ -119,7 +119,7 @@ TARGET_CLONES double motion_largest_value(const double *values, int first, int l
 }
 
 /* Longest step for which the last two terms, which are omitted, are within the tolerance, relative
- * to the largest speed so far or the speed that the step itself adds. The terms must also
+ * to the larger of the largest speed so far and the speed that the step adds. The terms must also
  * decrease. */
 double motion_longest_step_s(const struct motion *m, int first, int last, int order,
                              double tolerance)
@@ -129,7 +129,7 @@ double motion_longest_step_s(const struct motion *m, int first, int last, int or
     double twisted = 3.0 * motion_largest_value(m->u_terms[3], first, last);
     bool springs = m->ground_damping_lb_s_ft > 0.0 || m->has_gear;
     for (int n = first; m->friction_law == SIM_FRICTION_TANH && n <= last; n++) {
-        /* the series of tanh converges up to a pole, so the speed must change by less than veps */
+        /* the series of tanh converges only if the speed changes by less than veps */
         double veps = m->scene->veps_ft_s, a = fabs(2.0 * m->u_terms[2][n]),
                jerk = fabs(6.0 * m->u_terms[3][n]);
         if (m->slide_direction[n] == 2)
@@ -314,7 +314,7 @@ static void find_mat_event(const struct motion *m, int n, int order, struct even
 {
     double s[POLYNOMIAL_DEGREE_MAX + 1], way = m->slide_direction[n];
     if (m->slide_direction[n] == SLIDE_ON_GROUND)
-        return; /* find_ground_event handles this mat */
+        return; /* on elastic ground, find_ground_event handles the mat */
     if (m->slide_direction[n] == 2) {
         double far_ft_s = m->friction_law == SIM_FRICTION_TANH
                             ? COULOMB_SPEED_MIN * m->scene->veps_ft_s
@@ -363,8 +363,8 @@ static void find_mat_event(const struct motion *m, int n, int order, struct even
     }
 }
 
-/* Computes the conditions that end the mode of a joint. Condition `which` (0, 1, 2) is a series
- * that must not fall below 0. Returns false if there is no such condition. */
+/* Computes the conditions that end the mode of a joint. Each condition `which` (0, 1, 2) is a
+ * series; the mode ends when it falls below 0. Returns false if there is no such condition. */
 static bool find_joint_mode_end(const struct motion *m, int j, int which, const double *g,
                                 int order, double *s, double *noise)
 {
@@ -442,7 +442,8 @@ static void find_joint_event(const struct motion *m, int j, int order, struct ev
         g_ft = motion_opening_ft(m, j);
     double way = m->opening_change_max[j];
     switch (m->joint_mode
-                [j]) { /* skip the joint early: most joints are far from the end of their mode */
+                /* skip the joint early if its mode cannot end in this step, as for most joints */
+                [j]) {
     case JOINT_CUT:
     case JOINT_ELASTIC: return;
     case JOINT_OPEN:
@@ -644,7 +645,7 @@ static void add_break_time(struct motion *m, double t_s)
     m->break_times_s[m->break_count++] = t_s;
 }
 
-/* Adds breaks at the times at which a point `ahead_ft` ahead of the path crosses from one mat to
+/* Adds break times: when a point `ahead_ft` ahead of the path's position crosses from one mat to
  * the next. */
 static void add_mat_crossings(struct motion *m, const struct sim_path_row *row, double ahead_ft)
 {
@@ -692,8 +693,8 @@ static struct mat_load *find_load(struct motion *m, int mat)
     return &m->loads[i];
 }
 
-/* Adds the action of `axles` axles on a mat: `share` of the thrust and load of each. `rate` is the
- * rate of change of `share`. */
+/* Adds the load of `axles` axles on a mat: the fraction `share` of the thrust and load of each.
+ * `rate` is the rate of change of `share`. */
 static void add_part(struct motion *m, int mat, double share, double rate, double axles,
                      const double force[2], bool thrust, bool load)
 {
@@ -712,8 +713,8 @@ static void add_part(struct motion *m, int mat, double share, double rate, doubl
     }
 }
 
-/* Adds the action of one axle line. The line is at x_ft in the middle of the interval, half_s from
- * now. */
+/* Adds the loads of one axle line. The line is at x_ft in the middle of the interval, half_s after
+ * its start. */
 static void add_line(struct motion *m, double x_ft, double speed_ft_s, double half_s, double axles,
                      const double force[2])
 {
@@ -755,7 +756,8 @@ static void mark_mat_changed(struct motion *m, int n)
     m->changed_high = n > m->changed_high ? n : m->changed_high;
 }
 
-/* Starts the elastic ground under a loaded mat again. `before`: its previous state, or NULL. */
+/* Continues or restarts the elastic ground under a loaded mat. `before`: its state so far; NULL:
+ * newly loaded. */
 static void restart_ground(struct motion *m, struct mat_load *part, const struct mat_load *before)
 {
     double v = m->u_terms[1][part->mat];

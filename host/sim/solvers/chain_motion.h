@@ -1,4 +1,5 @@
-/* Motion: a chain in motion, as chain_event.h solves it: state, series of a step, switches, wheel.
+/* Motion of a chain for the solver in chain_event.h: the state, the power series of a step,
+ * switches (changes of mode), and the forces of the wheel.
  *
  * A step calls motion_set_wheel_thrust, motion_expand_series (the series of u of mats first..last),
  * motion_longest_step_s for its length, motion_first_event within it, motion_evaluate at its end,
@@ -14,22 +15,25 @@
 /* Present mode of a joint, which determines its force and its next switch. README.md, "Joint
  * force"; law.h describes the grit. */
 enum joint_mode {
-    JOINT_CUT,     /* a cut joint, at a free end */
+    JOINT_CUT,     /* a joint that does not exist, at a free end of the runway */
     JOINT_ELASTIC, /* a joint without slack */
-    JOINT_OPEN,    /* without grit: between closed and hooked */
+    JOINT_OPEN,    /* without grit: neither closed nor hooked */
     JOINT_PRESSED,
     JOINT_HOOKED,
-    JOINT_GRIT_OPENING,   /* with grit: open and opening, so its reach increases */
-    JOINT_GRIT_HOLDS,     /* its grit holds the joint */
-    JOINT_GRIT_FORCELESS, /* held by grit, but the damper would cause tension */
-    /* held by grit; with the damper, the force is the largest that grit transmits */
+    /* with grit: open and opening further, so the reach of the grit increases */
+    JOINT_GRIT_OPENING,
+    JOINT_GRIT_HOLDS, /* the grit holds the joint */
+    /* the grit holds the joint, but the force is 0, because the damper would make it a tension */
+    JOINT_GRIT_FORCELESS,
+    /* the grit holds the joint, but spring and damper together are at the largest force that the
+     * grit transmits */
     JOINT_GRIT_AT_LIMIT,
     JOINT_GRIT_YIELDS, /* the grit yields, so its reach decreases */
 };
 
 enum ground_mode { GROUND_LOADS, GROUND_UNLOADS, GROUND_YIELDS, GROUND_FRICTIONLESS };
 
-/* The action of the wheel on one mat, from the last break on. */
+/* The forces of the wheel on one mat, from the last break on. */
 struct mat_load {
     int mat;
     double thrust_lb[3];  /* thrust and its first two derivatives: lb, lb/s, lb/s2 */
@@ -46,32 +50,33 @@ struct motion {
     const struct sim_scene *scene;
     int mats;
     double tanh_rate; /* rate of the friction law tanh at speed 0, 1/s */
-    double max_rate;  /* fastest rate of the chain if all joints transmit force, 1/s */
+    double max_rate;  /* fastest rate of the chain while all joints transmit force, 1/s */
     double inverse_mass, kl_lb_ft, cl_lb_s_ft, slack_ft, ground_damping_lb_s_ft, weight_friction_lb,
         load_friction_lb;
     enum sim_friction friction_law; /* friction law: stick, tanh or none */
     void *storage;
     size_t array_length; /* length of each array */
-    /* For each mat: series of u (c[0] ft, c[1] ft/s, ...), of the thrust, and of tanh. */
+    /* For each mat: power series of u (c[0] ft, c[1] ft/s, ...), of the thrust, and of tanh. */
     double *u_terms[POLYNOMIAL_DEGREE_MAX + 1], *thrust_terms[3],
         *tanh_terms[POLYNOMIAL_DEGREE_MAX], *tanh_square_terms[POLYNOMIAL_DEGREE_MAX];
     double *moving_inverse_mass; /* 1/mass of a moving mat, otherwise 0 */
     double *limit_lb, *friction_force_lb, *drag_lb_s_ft;
     double *speed_change_max; /* largest possible change of the speed within a step */
-    /* For each joint: series of the tension, which is a g + b g' + at. */
+    /* For each joint: power series of the tension, which is a g + b g' + at (g: opening, g': its
+     * rate). */
     double *tension_terms[POLYNOMIAL_DEGREE_MAX], *tension_a, *tension_b, *tension_at_lb;
     double *gap0_ft, *grit_lb, *reach_ft, *max_push_lb, *max_pull_lb;
     double *opening_change_max,
         *tension_change_max; /* largest possible changes of opening and tension within a step */
     double *u_at, *sum, *slope;
-    /* Direction of sliding. 0: at rest. 2: friction law none or tanh, without Coulomb's law.
-     * SLIDE_ON_GROUND: on elastic ground. */
+    /* Direction of sliding. 0: at rest. 2: the friction law is none or tanh. SLIDE_ON_GROUND: on
+     * elastic ground. */
     signed char *slide_direction;
     unsigned char *joint_mode;
     int moving_low, moving_high;   /* outermost mats that move; low > high: no mat moves */
     int changed_low, changed_high; /* range of mats whose thrust or limit has changed */
     struct sim_wheel wheel;
-    /* Times at which the action of the wheel changes, ascending. The last one is the end of the
+    /* Times at which the forces of the wheel change, ascending. The last one is the end of the
      * run. */
     double *break_times_s;
     size_t break_count, next_break;
@@ -87,8 +92,8 @@ struct motion {
 /* The first switch within a step. */
 struct event {
     double h_s;
-    int mat, joint; /* number of the mat or joint; the other is 0; both 0: there is no switch */
-    /* number of the condition that was met, for the mode of the joint or the elastic ground */
+    int mat, joint; /* number of the mat or of the joint; the other one is 0; both 0: no switch */
+    /* number of the condition that failed, for the mode of the joint or of the elastic ground */
     int condition;
 };
 
@@ -99,7 +104,7 @@ void motion_start(struct motion *m);
 
 /* Sets the thrust of the wheel from the present time on. */
 void motion_set_wheel_thrust(struct motion *m);
-/* Sets the action of the wheel from the present time to the next break. */
+/* Sets the forces of the wheel from the present time to the next break. */
 void motion_set_wheel_action(struct motion *m);
 
 /* Computes the series of u of mats first..last and of their joints' tensions, up to the term
@@ -108,8 +113,8 @@ void motion_expand_series(const struct motion *m, int first, int last, int order
 /* Longest step for which the omitted terms are within `tolerance` of the speed. */
 double motion_longest_step_s(const struct motion *m, int first, int last, int order,
                              double tolerance);
-/* Finds the first switch within wide_s. If there is none, h_s is wide_s. Leaves the possible change
- * of the tensions within wide_s in tension_change_max. */
+/* Finds the first switch within wide_s. If there is none, h_s is wide_s. Also sets
+ * tension_change_max to the possible change of the tensions within wide_s. */
 struct event motion_first_event(struct motion *m, int first, int last, int order, double wide_s);
 /* Computes u and, unless `v` is NULL, v of mats first..last at time h of the step. */
 void motion_evaluate(const struct motion *m, int first, int last, int order, double h, double *u,

@@ -8,8 +8,8 @@
         for (int k = half_ * (s)->model->coordinate_count + stepper_low(s); \
              k < half_ * (s)->model->coordinate_count + stepper_high(s); k++)
 
-/* One step of the classical method from y, with rates f, to z_new. k3: memory for the other stages.
- * `at`: memory for a state. */
+/* Computes one step of the classical method from y, with rates f, to z_new. k3: memory for the
+ * other stages. `at`: memory for a state. */
 static void runge_kutta(struct stepper *s, double h, const double *y, const double *f,
                         double *const k3[3], double *at)
 {
@@ -25,10 +25,10 @@ static void runge_kutta(struct stepper *s, double h, const double *y, const doub
 
 /* ---- rk4 ---- */
 
-/* rk4: the classical Runge-Kutta method with a fixed step. Switches are sampled. A mat whose speed
- * changes sign within a step is brought to rest at the end of the step (pass.c). rk4 is an
- * independent check of the other solvers: another method with the right-hand side of the same
- * model. */
+/* rk4: the classical Runge-Kutta method with a fixed step. Switches (changes of mode) are sampled,
+ * not located in time. A mat whose speed changes sign within a step is brought to rest at the end
+ * of the step (pass.c). rk4 is a check of the other solvers with another method; the right-hand
+ * side is the same. */
 
 struct rk4_work {
     double *k[5]; /* four stages, and the rates at the end */
@@ -80,8 +80,8 @@ const struct stepper_kind stepper_rk4 = {
  *
  * A pair of steps is checked against one of double size. The test value is the largest
  * |difference|/15 over its tolerance. Above 1 the step is halved and the pair repeated; below 0.02
- * the step is doubled for the next pair. One advance is one pair. Gill's form carries q, the
- * rounding of the last step. Switches are sampled. */
+ * the step is doubled for the next pair. Each call of `advance` computes one pair. Gill's form
+ * passes q, the rounding error of a step, on to the next step. Switches are sampled. */
 
 #define RKGS_ROOT_HALF 0.70710678118654752440
 
@@ -174,10 +174,10 @@ const struct stepper_kind stepper_rkgs = {
  *     y = C + 9/121 (P - C)
  *
  * The test value is the largest 9/121 |P - C| over its tolerance. Above 1 the step is halved, below
- * 0.02 doubled. The classical Runge-Kutta method computes the three values of a start, also after a
+ * 0.02 doubled. The classical Runge-Kutta method computes the first three values, also after each
  * change of the step. (The original library interpolates after halving.) Switches are sampled. */
 
-/* Number of points that are kept: enough to continue with the double step */
+/* Number of points that are kept: enough to continue with a step of double size. */
 #define HAMMING_POINTS 7
 
 struct hamming_work {
@@ -238,7 +238,8 @@ static double hamming_predict_correct(struct stepper *s, double h)
              k < half * s->model->coordinate_count + stepper_high(s); k++) {
             double c = 0.125 * (9.0 * y[0][k] - y[2][k]) +
                        0.375 * h * (w->rate[k] + 2.0 * f[0][k] - f[1][k]);
-            w->rate[k] = w->predicted[k] - c; /* P - C; kept if the step is accepted */
+            /* P - C, which becomes `difference` if the step is accepted */
+            w->rate[k] = w->predicted[k] - c;
             s->z_new[k] = c + 9.0 / 121.0 * w->rate[k];
             if (!(fabs(s->z_new[k]) < 1e300))
                 return (double)NAN;
@@ -258,7 +259,7 @@ static double hamming_start_step(struct stepper *s, double h)
     memcpy(w->predicted, s->z_new, 2 * (size_t)s->model->coordinate_count * sizeof *s->z);
     hamming_runge_kutta(s, 0.5 * h);
     double *y = w->y[0], *f = w->f[0], start = s->t_s;
-    w->y[0] = w->difference; /* used for the middle point until the end of this function */
+    w->y[0] = w->difference; /* holds the middle point until the end of this function */
     w->f[0] = w->rate;
     memcpy(w->difference, s->z_new, 2 * (size_t)s->model->coordinate_count * sizeof *s->z);
     s->t_s = start + 0.5 * h;
@@ -286,7 +287,7 @@ static bool hamming_advance(struct stepper *s, double limit_s)
         if (!(s->h_s >= s->min_step_s))
             return false;
         if (w->known_point_count > 1 &&
-            h != w->h_s) { /* a different step size requires a new start */
+            h != w->h_s) { /* a new step size requires new starting values */
             w->known_point_count = 1;
             w->has_difference = false;
         }

@@ -1,18 +1,18 @@
 /* cvode: SUNDIALS' variable-order BDF with its banded direct solver, a general-purpose solver for
  * comparison. It restarts where the wheel reaches the next mat, and where a mat stops or breaks
- * loose, because exact sticking is not a differential equation. The other switches are sampled, as
- * a user of the library might do.
+ * loose, because exact sticking cannot be written as a differential equation. The other switches
+ * are sampled, as a user of the library might do.
  *
  * Its state is p and v interleaved (half-bandwidth 2 MODEL_HALF_BANDWIDTH + 1). Rates need the
  * inverse of the mass matrix, which is full. The Newton matrix is therefore M (I - gamma J), which
  * is banded, and the right-hand side is multiplied by M before the library solves. The matrix is
- * computed for every step. A matrix from before a foot left the soil would include the soil's
- * damper, the iteration would end at once, and the library would accept a step that it should
- * reject.
+ * computed for every step. An old matrix, from before a foot left the soil, would still contain the
+ * soil's damper; the iteration would converge at once, and the library would accept a step that it
+ * should reject.
  *
  * cvode is an independent check of the other solvers: method, step control and matrix solution are
  * those of the library. Right-hand side, Jacobian and laws are those of the model (models/model.h),
- * as in every solver; tests/sim_reference checks these. */
+ * as in every solver; tests/sim_reference checks them independently. */
 #include <cvode/cvode.h>
 #include <math.h>
 #include <stdlib.h>
@@ -62,7 +62,7 @@ static int compute_rates(realtype t, N_Vector y, N_Vector to, void *user)
     stepper_rates(w->stepper, t, w->z, w->rate);
     for (int i = 0; i < 2 * size; i++) {
         if (!isfinite(w->rate[i]))
-            return 1; /* the library then retries with a smaller step */
+            return 1; /* makes the library retry with a smaller step */
     }
     vector_from_state(w, w->rate, N_VGetArrayPointer(to));
     return 0;

@@ -289,8 +289,8 @@ const struct stepper_kind stepper_event = {
 
 /* event at loose tolerances: Dormand and Prince's method of order 5 with embedded order 4 and dense
  * output of order 4, six evaluations per step (E. Hairer, S. P. Norsett, G. Wanner, Solving
- * Ordinary Differential Equations I, II.5 and II.6). Where stability and not accuracy limits the
- * step, it reaches the same step as the order 8 method with half the evaluations. */
+ * Ordinary Differential Equations I, II.5 and II.6). Where the step is limited by stability and not
+ * by accuracy, it needs half the evaluations of the order 8 method for steps of the same size. */
 
 #define ORDER5_STAGE_COUNT 7 /* the last stage is the first stage of the next step */
 
@@ -418,8 +418,8 @@ static bool order5_advance(struct stepper *s, double limit_s)
         }
         double error = order5_step_error(s, h);
         if (error <= 1.0) {
-            /* Step control with a power of the last error converges to the stability limit; without
-             * it, steps at the limit fail repeatedly. */
+            /* Step control that uses a power of the previous error, too. It converges to the
+             * stability limit; without that factor, steps at the limit fail repeatedly. */
             double grow = error > 0.0 ? 0.9 * elementary_pow(error, -0.17) *
                                             elementary_pow(w->last_error_ratio, 0.04)
                                       : 6.0;

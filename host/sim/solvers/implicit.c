@@ -1,6 +1,6 @@
 /* implicit: RODAS, a Rosenbrock method of order 4 with embedded order 3, L-stable and stiffly
  * accurate (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.7). Every switch
- * is located.
+ * is located in time.
  *
  * Each stage solves (1/(h gamma) - J) k = r for the state (p, v). As p' = v, the p half is
  * eliminated:
@@ -8,7 +8,8 @@
  *     k_p = h gamma (r_p + k_v)
  *     [M/(h gamma) - R_v - h gamma R_p] k_v = M r_v + h gamma R_p r_p
  *
- * model_linearise gives M, R_p and R_v. One banded factorisation per step, O(N). */
+ * model_linearise gives M, R_p and R_v. Each step needs one factorisation of a banded matrix,
+ * O(N). */
 #include <math.h>
 
 #include "host/base/elementary.h"
@@ -46,8 +47,8 @@ struct implicit_work {
     int *pivot;
     double *mass_lu;
     int *mass_pivot;
-    bool has_end_rates;      /* `stage_state` has the rates at the end of the last step */
-    double fastest_spring_s; /* 1 / fastest rate of the springs; 0: not computed yet */
+    bool has_end_rates;      /* `stage_state` contains the rates at the end of the last step */
+    double fastest_spring_s; /* time constant of the fastest spring; 0: not computed yet */
 };
 
 static void make(struct stepper *s, double *more)
@@ -66,10 +67,10 @@ static void make(struct stepper *s, double *more)
 }
 
 /* After a switch, or when the wheel reaches the next mat, restarts with a step no longer than one
- * swing of a spring. A step over many swings treats the swing as damped out, so a body that hits a
- * spring and should rebound stays there. The error estimate falls with the square of the number of
- * swings and does not show this error. The estimate of a step within one swing includes the swing,
- * and steps grow when the swing has decayed. */
+ * oscillation of the fastest spring. The method damps out oscillations that are much shorter than
+ * the step, so a body that hits a spring would stay there instead of rebounding, and the error
+ * estimate would not show it. With the short step the estimate includes the oscillation; the step
+ * grows when the oscillation has decayed. */
 static void restart(struct stepper *s)
 {
     struct implicit_work *w = s->work;
@@ -96,7 +97,7 @@ static void add_weighted_stages(const struct stepper *s, const double *weights, 
     }
 }
 
-/* Solves for k with r = rate + mix (+ h d df/dt). The matrix must be factored. */
+/* Solves a stage for k with r = rate + mix (+ h d df/dt). The matrix must be factored already. */
 static void solve_stage(const struct stepper *s, double h, double drift, double *k)
 {
     struct implicit_work *w = s->work;
@@ -157,15 +158,15 @@ static bool solve_stages(struct stepper *s, double h)
         add_weighted_stages(s, stage_sum_weights[i], i, 1.0 / h, NULL, w->stage_sum);
         if (i > 0) {
             add_weighted_stages(s, stage_state_weights[i], i, 1.0, s->z, kept);
-            w->rate = w->k[i]; /* w->k[i] is not used until it is solved for */
+            /* w->k[i] is free until the stage is solved, so it can hold the rates */
+            w->rate = w->k[i];
             stepper_rates(s, s->t_s + stage_nodes[i] * h, kept, w->rate);
         }
         solve_stage(s, h, time_derivative_factors[i], w->k[i]);
         w->rate = first;
     }
     static const double one[STAGE_COUNT] = {0, 0, 0, 0, 0, 1};
-    double *last =
-        w->stage_sum; /* the solution is the state of the last stage plus the last stage */
+    double *last = w->stage_sum; /* the solution is the state at the last stage plus the last k */
     add_weighted_stages(s, one, STAGE_COUNT, 1.0, kept, last);
     stepper_copy(s, last, s->z_new);
     return true;
@@ -213,8 +214,9 @@ static bool advance(struct stepper *s, double limit_s)
     }
 }
 
-/* Interpolates with the cubic through both ends and their rates. The slopes of the method's own
- * interpolant at the ends have errors of tolerance / step, which would cause false switches. */
+/* Interpolates with the cubic through both ends of the step and the rates there. The method's own
+ * interpolant is not used: its slopes at the ends have errors of tolerance / step, which would
+ * cause false switches. */
 static void interpolate(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct implicit_work *w = s->work;

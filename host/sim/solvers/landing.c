@@ -14,31 +14,33 @@
 #define CROSSED_MAT_SHARE_MAX   0.25  /* part of a mat that the aircraft may cross in one step */
 #define SHORTEST_TIME_SHARE_MAX 0.125 /* step / shortest time that a step must resolve */
 /* Largest product of step and fastest rate. The scheme is stable up to 2 for an undamped
- * oscillation, less with damping. */
+ * oscillation and up to less with damping. */
 #define STABILITY_LIMIT         1.8
 #define MIN_STEPS               1000.0
 #define MAX_STEPS               1e8
 #define MAX_STEP_REDUCTIONS     4
 /* Error estimate / difference of two marches (a march is a run with one step size,
- * planar_engine.h). The scheme is of order 1, so the finer march has an error as large as the
- * difference. */
+ * planar_engine.h). The scheme is of order 1, so the error of the finer march is about as large as
+ * the difference. */
 #define ERROR_FACTOR            2.0
 /* Ratio of the steps of two marches. With the ratio 2, every second short step would end together
  * with a long one, and both marches would sample these switches at the same moment. */
 #define STEP_RATIO              1.9
-/* Step of a fourth march / finer step. It is between the steps of the coarse and the rough
- * march. */
+/* Step of a fourth march divided by the finest step. It is between the steps of the marches
+ * `coarse` and `rough`. */
 #define FOURTH_STEP_RATIO       2.6
-/* Step of an additional march / finer step, if the result is sensitive. */
+/* step of the additional march for a sensitive result / finest step */
 #define SENSITIVE_STEP_RATIO    1.37
-/* The result is sensitive if the error estimate exceeds this fraction of the largest movement or
+/* A result is sensitive if its error estimate exceeds this fraction of the largest movement or
  * lift. */
 #define SENSITIVE_ERROR_MIN     1e-3
-/* Factor by which the estimate of a sensitive result is multiplied; from 1.5 after seed 930973 */
+/* Factor on the error estimate of a sensitive result. It was 1.5 until the scene of random seed
+ * 930973 exceeded its estimate. */
 #define SENSITIVE_ERROR_FACTOR  2.0
 
-/* Least error estimate, as a part of the largest movement or lift: all marches miss a contact that
- * is shorter than their steps. Set after seed 940556, whose scene 219 has such a contact. */
+/* Smallest error estimate, as a fraction of the largest movement or lift, because all marches miss
+ * a contact shorter than their steps. Introduced after such a contact in scene 219 of random seed
+ * 940556. */
 #define ERROR_SHARE_MIN 1e-4
 
 static void free_march(struct march *march)
@@ -48,7 +50,7 @@ static void free_march(struct march *march)
     *march = (struct march){0};
 }
 
-/* Clears a march whose arrays belong to another march now. */
+/* Clears a march whose arrays were moved to another march. */
 static void clear_moved_march(struct march *march)
 {
     march->record = (struct sim_record){0};
@@ -137,15 +139,14 @@ static void widen_error(struct sim_result *result, struct pass_difference apart)
     result->error_lift_ft = fmax(result->error_lift_ft, apart.lift_ft);
 }
 
-/* Computes the error estimate. Every step size samples the switches differently, so two marches can
- * agree by chance. If the previous march also agrees with these two, its difference is included. */
+/* Computes the error estimate. Each step size samples the switches at other times, so two marches
+ * can agree by chance. If the previous march agrees with both, its difference is included too. */
 static void set_error_of_marches(const struct planar_engine *l, const struct march *rough,
                                  const struct march *coarse, const struct march *fine,
                                  struct pass_difference apart, struct sim_result *result)
 {
     result->error_u_ft = ERROR_FACTOR * apart.u.u_ft;
-    /* the contact of a landing node is found up to one step late, with the same error in all
-     * marches */
+    /* The landing of a node is found up to one step late; all marches have this error in common. */
     result->error_lift_ft = fmax(ERROR_FACTOR * apart.lift_ft, fine->h_s * fine->impact_ft_s);
     if (!is_march_complete(rough))
         return;
@@ -154,8 +155,7 @@ static void set_error_of_marches(const struct planar_engine *l, const struct mar
         widen_error(result, before);
 }
 
-/* Runs one more march on a copy, so that the state in `l`, which belongs to the result, does not
- * change. */
+/* Runs one more march on a copy of `l`, because the state in `l` belongs to the result. */
 static void run_extra_march(struct planar_engine *l, struct march *march,
                             const struct sim_options *options, uint64_t steps,
                             struct sim_result *result)
@@ -168,8 +168,8 @@ static void run_extra_march(struct planar_engine *l, struct march *march,
 }
 
 /* Increases the estimate to the largest difference of any two marches that agree. Three marches
- * agree by chance in one of a hundred cases, so a fourth march, with a step between theirs, is
- * run. */
+ * agree by chance in one of a hundred cases, so this function runs a fourth march with a step
+ * between theirs. */
 static void widen_by_fourth_march(struct planar_engine *l, const struct sim_options *options,
                                   const struct march *rough, const struct march *coarse,
                                   const struct march *fine, struct sim_result *result)
@@ -196,9 +196,9 @@ static void widen_by_fourth_march(struct planar_engine *l, const struct sim_opti
     free_march(&between);
 }
 
-/* Increases the estimate of a sensitive result by one more march with another step. A result is
- * sensitive if its estimate is not small compared with the movement, because the switches then
- * determine the result. */
+/* If the result is sensitive, increases its error estimate by one more march with another step. A
+ * result is sensitive if its estimate is not small compared with the movement, because then it
+ * depends on the switches. */
 static void widen_if_sensitive(struct planar_engine *l, const struct sim_options *options,
                                const struct march *fine, struct sim_result *result)
 {
@@ -218,7 +218,8 @@ static void widen_if_sensitive(struct planar_engine *l, const struct sim_options
     free_march(&beside);
 }
 
-/* Sets the divergence from the marches so far. Called if no shorter step gives agreement. */
+/* Sets the divergence of the result from the marches so far. Called if no shorter step leads to
+ * agreement. */
 static void set_divergence_of_marches(const struct planar_engine *l, const struct march *rough,
                                       const struct march *coarse, const struct march *fine,
                                       struct sim_result *result)
@@ -246,8 +247,8 @@ static uint64_t coarser_step_count(uint64_t steps)
     return (uint64_t)ceil((double)steps / STEP_RATIO);
 }
 
-/* Runs marches at a step and at a longer step, then at shorter ones until two agree. `rough`: the
- * march at the next longer step, or empty. */
+/* Runs a march with a step and one with a longer step, then shorter ones until two agree. `rough`:
+ * the march with the next longer step; empty: none. */
 static void run_march_pairs(struct planar_engine *l, const struct sim_options *options,
                             uint64_t steps, struct march *rough, struct sim_result *result)
 {
@@ -304,7 +305,7 @@ static void run_march_pairs(struct planar_engine *l, const struct sim_options *o
     free_march(&fine);
 }
 
-/* Runs marches with the step and with two longer ones. The longest step is used only if it is
+/* Runs marches with the given step and with two longer ones. The longest step is used only if it is
  * stable. */
 static void run_given_step(struct planar_engine *l, const struct sim_options *options,
                            uint64_t steps, struct sim_result *result)
@@ -327,8 +328,8 @@ static double stable_step_limit_s(struct planar_engine *l, double crossing_s)
 {
     struct model *m = &l->model;
     model_start(m, l->z);
-    /* upper bound of the rate: every joint has the largest stiffness and every mat the smallest
-     * mass */
+    /* an upper bound on the rate: the largest stiffness for every joint and the smallest mass for
+     * every mat */
     struct model fastest = *m;
     double lightest = sim_scene_shortest_step_value(l->scene, SIM_VARIED_W, m->weight_lb) /
                       m->weight_lb;
@@ -349,7 +350,7 @@ static enum mr_status run_engine(struct planar_engine *l, const struct sim_optio
     struct sim_wheel wheel;
     double end_s = sim_scene_end_s(l->scene);
     sim_wheel_start(&wheel, l->scene);
-    /* INFINITY: the aircraft is at rest */
+    /* INFINITY if the aircraft is at rest */
     double crossing_s = l->scene->length_ft / sim_wheel_max_speed_ft_s(&wheel);
     result->dt_limit_s = stable_step_limit_s(l, crossing_s);
     double h =
@@ -382,7 +383,7 @@ static enum mr_status run_engine(struct planar_engine *l, const struct sim_optio
         free_march(&only);
         return error->status;
     }
-    /* true: the check with double the step is stable too */
+    /* true if the march with double the step, used as check, is stable too */
     bool room = 2.0 * h <= result->dt_limit_s;
     run_given_step(l, options, 2 * (uint64_t)ceil(room ? steps / 2.0 : steps), result);
     return MR_OK;

@@ -1,13 +1,15 @@
-/* moreau: time stepping of the velocities; all switches are solved together with the step. After
- * Moreau (1988) and Jean (1999); V. Acary, B. Brogliato, Numerical Methods for Nonsmooth Dynamical
- * Systems, 2008, chapter 10. No switch is located, so a step can contain any number of them.
+/* moreau: a time-stepping method for the velocities that solves all switches together with the
+ * step, after Moreau (1988) and Jean (1999); V. Acary, B. Brogliato, Numerical Methods for
+ * Nonsmooth Dynamical Systems, 2008, chapter 10. No switch is located, so a step can contain any
+ * number of them.
  *
  *     M (v1 - v0)/h = force(p_m, v1) + switching laws     p_m = p0 + h (v0 + v1)/4
  *     p1 = p0 + h (v0 + v1)/2
  *
- * Springs act at the middle of the step (without loss). Dampers and switching laws act at the
- * speeds at its end. Newton's method finds v1, with one banded factorisation per round. The
- * switches are solved in the same rounds:
+ * The forces of springs are those in the middle of the step, which conserves energy. Dampers and
+ * switching laws use the speeds at its end. Newton's method finds v1, with one banded factorisation
+ * per iteration. The switches are solved in the same iterations:¶ The switches are solved in the
+ * same rounds:
  *   - Friction. On a sliding mat the Coulomb limit C acts against its motion. A mat whose
  *     speed would change sign has v1 = 0 and a force of at most C. Mats change between these two
  *     modes until all fit (pivoting).
@@ -22,15 +24,16 @@
 #include "host/sim/models/model.h"
 #include "host/sim/solvers/stepper.h"
 
-#define SHARED_SWITCHES_MAX 32 /* largest number of switches that have a share at the same time */
+/* largest number of switches that have a share (see above) at the same time */
+#define SHARED_SWITCHES_MAX 32
 #define SOLVE_ROUNDS_MAX    40
 /* Largest number of halvings of a step that does not converge. The last step is accepted even if it
  * does not converge. */
 #define STEP_HALVINGS_MAX   5
 #define FLIPS_BEFORE_SHARE \
-    3 /* number of flips of a switch in one step after which it gets a share */
+    3 /* number of changes of a switch in one step after which it gets a share */
 #define FLIPS_BEFORE_FIXED_SLIDE \
-    10 /* number of flips of a mat in one step after which its mode is fixed */
+    10 /* number of changes of a mat's mode in one step after which the mode is fixed */
 #define GAUSS_SEIDEL_SWEEPS_MAX 100 /* largest number of Gauss-Seidel passes */
 /* limit of convergence / largest of the speeds and sqrt(g L) */
 #define CONVERGENCE_LIMIT       1e-11
@@ -43,19 +46,20 @@ struct shared_switch {
     double share, change, sigma;
     double sigma_slopes
         [SHARED_SWITCHES_MAX]; /* derivative of sigma of this switch with respect to each share */
-    double *accel; /* accelerations due to this share, then the change of v1 due to it */
+    double *accel; /* accelerations due to this share; later the change of v1 due to it */
 };
 
 struct moreau_work {
     double *middle_state;  /* the state (p_m, v1) */
     double *shifted_state; /* the state after a change of one share */
-    double *accel;         /* accelerations in the present modes, then those with one switch on */
+    /* accelerations in the present modes; later those with one switch turned on */
+    double *accel;
     double *share_accel[SHARED_SWITCHES_MAX];
     double *mass, *dr_dp, *dr_dv, *dr_dp_on, *dr_dv_on, *dr_dp_off, *dr_dv_off, *lu, *dr_dt,
         *newton_step;
     int *pivot;
     signed char *modes_before,
-        *flip_counts; /* modes before an update; number of flips in this step */
+        *flip_counts; /* modes before an update; number of changes in this step */
     int apex_flip_count;
     struct shared_switch shared_switch[SHARED_SWITCHES_MAX];
     int shared_count;
@@ -144,7 +148,7 @@ static void add_shared(struct stepper *s, enum model_switch_kind kind, int index
             .id = {kind, index}, .on_mode = on, .off_mode = off, .share = 0.5};
 }
 
-/* Updates the modes from the state `at`. Switches with a share stay off. Returns the number of
+/* Updates the modes from the state `at`. Switches with a share remain off. Returns the number of
  * modes that changed. */
 static int update_modes(struct stepper *s, double t_s)
 {
@@ -175,7 +179,7 @@ static int update_modes(struct stepper *s, double t_s)
             }
         }
     }
-    /* the sampling may have set switches that have a share to on */
+    /* turn off switches that have a share, which the sampling may have turned on */
     for (int k = 0; k < w->shared_count; k++) {
         if (w->shared_switch[k].id.kind != MODEL_APEX)
             *switch_mode(m, w->shared_switch[k].id) = (signed char)w->shared_switch[k].off_mode;
@@ -251,8 +255,8 @@ static int update_mat_modes(struct stepper *s, double h, double t_s)
     return changed;
 }
 
-/* Does one Newton step for v1. Writes the step to w->step, and computes the accelerations due to
- * each share. Returns false if the matrix is singular. */
+/* Does one Newton iteration for v1. Writes the change to w->step, and computes the accelerations
+ * due to each share. Returns false if the matrix is singular. */
 static bool solve_newton_step(struct stepper *s, double h, double t_s, const double *v1)
 {
     struct model *m = s->model;
@@ -262,7 +266,7 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
     model_rates(m, t_s, w->middle_state, w->accel);
     for (int i = 0; i < size; i++)
         w->dr_dt[i] = (v1[i] - s->z[size + i]) / h;
-    double *slope = w->shifted_state + size; /* dR/dt is not used */
+    double *slope = w->shifted_state + size; /* dR/dt is not needed here */
     model_linearise(m, t_s, w->middle_state, w->dr_dt, w->mass, w->dr_dp, w->dr_dv, slope);
     memcpy(left, w->accel, (size_t)size * sizeof *left);
     if (w->shared_count > 0) {
@@ -281,7 +285,8 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
             one->accel[i] -= w->accel[i];
             left[i] += one->share * one->accel[i];
         }
-        /* sum of the slopes of the modes and of each share times the slope of its switch */
+        /* The Jacobian is the sum of the slopes in the present modes and, for each switch with a
+         * share, the share times its slope. */
         for (int i = 0; i < size * MODEL_ROW_LENGTH; i++) {
             w->dr_dp[i] += one->share * (w->dr_dp_on[i] - w->dr_dp_off[i]);
             w->dr_dv[i] += one->share * (w->dr_dv_on[i] - w->dr_dv_off[i]);
@@ -308,8 +313,8 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
     return true;
 }
 
-/* Finds shares for which every sigma fits, with sigma linearised in the shares. Returns the largest
- * change of a share. */
+/* Finds shares with which every sigma satisfies its condition, where sigma is linearised in the
+ * shares. Returns the largest change of a share. */
 static double solve_shares(struct stepper *s, double h, double t_s, double *v1)
 {
     struct model *m = s->model;
@@ -321,7 +326,7 @@ static double solve_shares(struct stepper *s, double h, double t_s, double *v1)
         w->shared_switch[j].change = 0.0;
     }
     for (int k = 0; k < w->shared_count; k++) {
-        /* sigma is not smooth, so its slope towards 0 is used */
+        /* sigma has a kink, so use its slope on the side of 0 */
         double part = copysign(SHARE_DIFFERENCE, w->shared_switch[k].sigma);
         set_positions(s, h, v1, part, w->shared_switch[k].accel + m->coordinate_count,
                       w->shifted_state);
@@ -338,7 +343,7 @@ static double solve_shares(struct stepper *s, double h, double t_s, double *v1)
             double sigma = one->sigma;
             for (int k = 0; k < w->shared_count; k++)
                 sigma += one->sigma_slopes[k] * w->shared_switch[k].change;
-            /* a switch that is driven away from its edge is on or off, without a share */
+            /* a share of 0 or 1 means that the switch is off or on */
             double share = one->share + one->change;
             double to = one->sigma_slopes[j] < 0.0  ? share - sigma / one->sigma_slopes[j]
                       : one->sigma_slopes[j] == 0.0 ? share
@@ -361,8 +366,8 @@ static double solve_shares(struct stepper *s, double h, double t_s, double *v1)
     return most;
 }
 
-/* Solves for v1 (second half of z_new) over a step of h. Returns false if there is no convergence
- * in SOLVE_ROUNDS_MAX rounds. */
+/* Solves for v1 (second half of z_new) over a step of h. Returns false if it has not converged
+ * after SOLVE_ROUNDS_MAX iterations. */
 static bool solve_step(struct stepper *s, double h)
 {
     struct model *m = s->model;

@@ -8,24 +8,26 @@
 #include "host/base/xmalloc.h"
 
 #define FOLDED_MIN_DEG        85.0
-/* Degrees. If the step is given and a mat turns by more in one step, the run is unstable and not
- * folded. */
+/* In degrees. If the step is given and a mat turns by more than this in one step, the run is
+ * reported as unstable, not as folded. */
 #define STEP_TURN_MAX_DEG     30.0
 #define FOUND_SWITCHES_MAX    64
 #define ROOT_STEPS_MAX        100
 #define INNER_PARTS           6
 #define EVENT_ROUNDS_MAX      8
-/* Number of consecutive events without progress, per mat, after which the run ends as chatter */
+/* Number of consecutive events without progress, per mat, after which the run ends because its
+ * switches chatter. */
 #define STALLS_PER_MAT_MAX    20
 /* Smallest step, as a fraction of the time since the start or of 1 s, whichever is larger. */
 #define MIN_STEP_SHARE        1e-14
 #define MIN_STEP_TIME_S       1.0
-/* The error of a moving point's position due to the clock is its speed times a few units of the
- * clock's resolution. Late in a run the resolution is coarse: at 1e9 s a double resolves 1e-7 s. */
+/* Time in a run after which the resolution of the clock matters. A moving point's position then has
+ * an error of its speed times a few units of the resolution, which is coarse late in a run: at 1e9
+ * s a double resolves 1e-7 s. */
 #define CLOCK_ERROR_FROM_S    100.0 /* before this time the resolution of the clock is negligible */
 #define CLOCK_ERROR_UNITS     4.0
 #define REPEATED_STEPS        100
-/* Two flips coincide if they are closer than this fraction of the step */
+/* Two switches coincide if the times are closer than this fraction of the step. */
 #define COINCIDENT_STEP_SHARE 1e-8
 /* Tolerance of heights and displacements / (rtol times mat length). */
 #define POSITION_TOLERANCE    0.0005
@@ -37,16 +39,16 @@ struct pass {
     struct pass_outcome *outcome;
     double *storage;
     double *z_event;
-    double *z_until; /* the end of the part of the last step that is searched for events */
+    double *z_until; /* state at the end of the part of the last step that is searched for events */
     double until_s;
-    double *u, *v, *height; /* of each mat, for the record */
-    /* modes of contact, torsion and joint after the last step, if they are sampled */
+    double *u, *v, *height; /* displacement, speed and height of each mat, for the record */
+    /* modes of contact, torsion and joint after the last step, if the stepper samples them */
     signed char *sampled_modes;
-    unsigned *flip_counts; /* number of flips of each contact, torsion and joint */
+    unsigned *flip_counts; /* number of mode changes of each contact, torsion and joint */
     int stall_count;
-    /* number of further steps that are repeated (repeat_step_until) */
+    /* number of further steps that repeat_step_until repeats */
     int repeated_steps_left;
-    struct model_switch last_flip; /* switch of the last event */
+    struct model_switch last_flip; /* switch that caused the last event */
     double last_flip_s;
     double awake_mat_s;
     double max_angle_deg; /* largest joint angle after the last step */
@@ -98,7 +100,7 @@ static void store_state(struct pass *p, double t_s, double *z)
     for (int n = 0; n < m->mats; n++) {
         p->u[n + 1] = z[2 * n + 1];
         p->v[n + 1] = z[m->coordinate_count + 2 * n + 1];
-        p->height[n + 1] = 0.0 - z[2 * n]; /* writes 0 instead of -0 */
+        p->height[n + 1] = 0.0 - z[2 * n]; /* the subtraction avoids -0 */
     }
     record->height_ft = p->height;
     record->lift_ft = model_lift_ft(m, z, &record->lift_node);
@@ -124,7 +126,7 @@ static double switch_margin(struct pass *p, double t_s, const double *z, struct 
     return model_margin(p->model, t_s, z, which);
 }
 
-/* Finds the first time in the last step at which the margin is negative. The margin must be
+/* Finds the first time in the last step at which the margin of a switch is negative. It must be
  * negative at the end of the step. */
 static double find_switch_time(struct pass *p, struct model_switch which)
 {
@@ -162,7 +164,7 @@ static double find_switch_time(struct pass *p, struct model_switch which)
     return b;
 }
 
-/* Keeps only stops and starts of mats in the list. Returns their number. */
+/* Keeps only the switches of mats that stop or start in the list. Returns their number. */
 static int keep_slide_switches(struct model_switch *found, int count)
 {
     int kept = 0;
@@ -173,10 +175,10 @@ static int keep_slide_switches(struct model_switch *found, int count)
     return kept;
 }
 
-/* Finds violations at five points between the start of the last step and `to`, up to the first
- * point that has one. The step is then searched up to this point. Violations inside a step are
- * those of a mat that breaks loose and stops again, or of a foot that touches the ground and leaves
- * it again. Without this search, both passes could miss them. */
+/* Searches for violations (negative margins) at five points between the start of the last step and
+ * `to`, up to the first point that has one; the step is then searched up to this point. This finds
+ * a mat that breaks loose and stops again within a step, or a foot that touches the ground and
+ * leaves it again, which both passes could miss otherwise. */
 static int find_violations_inside(struct pass *p, double to, struct model_switch *found)
 {
     struct stepper *s = &p->stepper;
@@ -199,7 +201,7 @@ static int find_violations_inside(struct pass *p, double to, struct model_switch
     return 0;
 }
 
-/* Finds violations within the last step or at its end. */
+/* Finds violations (negative margins) within the last step or at its end. */
 static int find_violations(struct pass *p, struct model_switch *found)
 {
     struct stepper *s = &p->stepper;
@@ -214,7 +216,7 @@ static int find_violations(struct pass *p, struct model_switch *found)
     return model_find_violations(m, s->t_new_s, s->z_new, found, FOUND_SWITCHES_MAX);
 }
 
-/* If a lift has a peak within the last step, records it at the peak. */
+/* Records the peak of a lift that is within the last step. */
 static void record_lift_peak(struct pass *p, double end_s, const double *z_end, double *spare)
 {
     struct stepper *s = &p->stepper;
@@ -239,10 +241,11 @@ static void record_lift_peak(struct pass *p, double end_s, const double *z_end, 
     }
 }
 
-/* Repeats the last step up to the time `at` of an event. In a step that is long for the fastest
- * rate, the dense output can be far off although the end of the step is right (soil with much
- * damping: 80 lb become 0). It then shows false switches, which flip back at once. After such a
- * flip, the next REPEATED_STEPS steps are repeated too. Returns false if the step failed. */
+/* Repeats the last step up to the time `at` of an event. If the step is long compared with the
+ * fastest rate, the dense output can be wrong although the state at the end is right (with strong
+ * soil damping, a force of 80 lb became 0). It then causes false switches, which are reversed at
+ * once. After such a reversal, the next REPEATED_STEPS steps are repeated too. Returns false if the
+ * step failed. */
 static bool repeat_step_until(struct pass *p, double at)
 {
     struct stepper *s = &p->stepper;
@@ -265,8 +268,8 @@ static bool is_flipping_back(const struct pass *p, double at, const struct model
     return same && at - p->last_flip_s <= COINCIDENT_STEP_SHARE * p->stepper.h_s;
 }
 
-/* Returns a number that identifies a switch. The sum of several such numbers does not depend on
- * their order. Uses the finalizer of splitmix64 (S. Vigna, public domain). */
+/* Returns a number that identifies a switch. Their sum over several switches does not depend on the
+ * order of the switches. Uses the finalizer of splitmix64 (S. Vigna, public domain). */
 static uint64_t switch_hash(struct model_switch flip)
 {
     uint64_t x = ((uint64_t)flip.kind << 32) + (uint64_t)(flip.index + 1);
@@ -293,7 +296,7 @@ static bool handle_events(struct pass *p, bool *event)
         p->repeated_steps_left--;
     if (count == 0)
         return true;
-    bool nearer = true; /* `found` is new, so it is not known whether an event is before until_s */
+    bool nearer = true; /* a new entry may be an event before or after until_s */
     for (int round = 0; round < EVENT_ROUNDS_MAX; round++) {
         double first = (double)INFINITY;
         for (int i = 0; i < count && i < FOUND_SWITCHES_MAX; i++) {
@@ -311,7 +314,7 @@ static bool handle_events(struct pass *p, bool *event)
             if (when[i] <= at + 1e-11 * (p->until_s - s->t_s))
                 together[flips++] = found[i];
         }
-        /* another switch may have changed and then changed back */
+        /* copied to detect a switch that changed and then changed back */
         struct model_switch before[FOUND_SWITCHES_MAX];
         int earlier = at > s->t_s ? find_violations_inside(p, at, before) : 0;
         nearer = earlier > 0;
@@ -387,8 +390,8 @@ static bool handle_events(struct pass *p, bool *event)
     return true;
 }
 
-/* Stops mats that changed direction within the step, at the end of the step. For steppers that
- * sample switches. */
+/* Stops, at the end of the step, mats that changed direction within it. For steppers that sample
+ * switches. */
 static bool stop_reversed_mats(struct pass *p)
 {
     struct stepper *s = &p->stepper;
@@ -690,7 +693,7 @@ void divergence_find(struct sim_result *result, const struct sim_record *given,
         if (parted && (result->status != SIM_UNPREDICTABLE || a->t_s < result->t_s))
             sim_result_set_status(result, SIM_UNPREDICTABLE, mat, a->t_s);
     }
-    /* only the lift differs between the two times */
+    /* if the runs are not apart yet, only the lift differs between the two times */
     if (!parted && result->status != SIM_UNPREDICTABLE)
         sim_result_set_status(result, SIM_UNPREDICTABLE, 1, given->end_s);
 }

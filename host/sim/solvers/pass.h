@@ -14,11 +14,11 @@ struct pass_request {
     double dt_s; /* step, for a stepper with a fixed step */
     uint64_t max_steps;
     int pass_number; /* number of the pass, for options->may_continue */
-    /* For a stepper that halves and doubles its step: first step / usual first step. 0: the usual
-     * first step. With equal or simple ratios, two runs would have steps that are powers of two of
-     * each other and end at the same times. For a stepper with a fixed step: largest step /
-     * duration of a span. 0: no limit. In a span shorter than their steps, two runs would use the
-     * same single step and agree even if it is wrong. */
+    /* For a stepper that halves and doubles its step: first step divided by the usual first step
+     * (0: the usual one). With an unusual ratio, the steps of two runs do not end at the same
+     * times. For a stepper with a fixed step: largest step divided by the duration of a span (0: no
+     * limit). Without a limit, two runs would use the same single step in a short span and agree
+     * even if it is wrong. */
     double first_step_factor;
 };
 
@@ -28,10 +28,10 @@ struct pass_outcome {
     double t_s;
     const char *reason; /* reason why the pass made no progress */
     uint64_t evaluations, steps, rejected_steps, events;
-    /* sum of a number for each switch (pass.c, switch_hash): passes with different sums switched
-     * differently */
+    /* sum of switch_hash (pass.c) over all switches: two passes with different sums had different
+     * switches */
     uint64_t switch_hash_sum;
-    unsigned max_flips; /* largest number of flips of a single contact, torsion or joint */
+    unsigned max_flips; /* largest number of mode changes of one contact, torsion or joint */
     /* number of modes that changed between steps, for a stepper that samples modes */
     uint64_t sampled_change_count;
     double ms;
@@ -42,7 +42,7 @@ struct pass_outcome {
     int awake_mats_max;
     double awake_mats_mean;
     struct sim_record record;
-    double *end_z; /* state at the end: 2 size values */
+    double *end_z; /* state at the end: an array of 2 x size values */
 };
 
 /* Runs a pass. The model is set to t = 0 first. The caller frees the outcome in every case. */
@@ -50,8 +50,8 @@ void pass_run(struct pass_outcome *outcome, struct model *model, const struct pa
               const struct sim_options *options);
 void pass_outcome_free(struct pass_outcome *outcome);
 
-/* Lift above which a rise counts as a bow wave: twice the height of the bump, but at least 0.05
- * ft. */
+/* Returns the lift above which a rise counts as a bow wave: twice the height of the bump, but at
+ * least 0.05 ft. */
 double pass_bow_threshold_ft(const struct sim_scene *scene);
 
 /* Writes the outputs of a run to `result`: peaks, bow wave, displacements and openings at the end
@@ -64,7 +64,7 @@ void pass_fill_outputs(const struct model *model, const double *z, struct sim_re
 void pass_fill_result(const struct model *model, struct pass_outcome *pass,
                       const struct pass_outcome *other, struct sim_result *result);
 
-/* difference / largest movement or lift; passes that differ by more contradict each other */
+/* Two passes contradict each other if difference / (largest movement or lift) exceeds this. */
 #define PASS_DISAGREEMENT_MAX 0.2
 
 /* The difference of two complete passes of a scene. */
@@ -80,9 +80,9 @@ struct pass_difference pass_compare(const struct pass_outcome *a, const struct p
 bool passes_agree(const struct sim_scene *scene, const struct pass_outcome *a,
                   const struct pass_outcome *b, struct pass_difference apart);
 
-/* Finds the first time at which two records differ by more than these limits. Increases the error
- * estimates of the result. If the time is earlier than that of the result, sets time and mat of the
- * result. */
+/* Finds the first time at which two records differ by more than the given limits. Increases the
+ * error estimates of the result. If the time is earlier than that of the result, sets time and mat
+ * of the result. */
 void divergence_find(struct sim_result *result, const struct sim_record *given,
                      const struct sim_record *other, double most_u_ft, double most_lift_ft);
 

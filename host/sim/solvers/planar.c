@@ -12,18 +12,18 @@
 #define TIGHTENED_RTOL_FACTOR 0.01
 #define MAX_TIGHTENINGS       2
 #define MAX_STEPS             5000000u
-/* largest number of steps of event before auto tries implicit */
+/* number of steps of solver event after which `auto` tries implicit */
 #define MAX_EVENT_STEPS       50000u
-/* smallest number of steps of implicit before auto tries event; it is larger if event itself would
- * need many */
+/* smallest number of steps of solver implicit after which `auto` tries event; larger if event
+ * itself would need many steps */
 #define MAX_IMPLICIT_STEPS    20000u
-/* Largest number of steps of implicit if no solver is left to try */
+/* largest number of steps of solver implicit if there is no other solver to try */
 #define MAX_AUTO_STEPS        300000u
-/* Largest number of steps with friction `sign`, which chatters near rest */
+/* largest number of steps with friction `sign`, which changes direction at every step near rest */
 #define MAX_SIGN_STEPS        10000u
 #define MAX_FIXED_STEPS       400000000.0
-/* Largest number of steps that event may need for stability. A scene that needs more is limited to
- * MAX_EVENT_STEPS. */
+/* Largest number of steps that event may need for stability. If it would need more, it is stopped
+ * after MAX_EVENT_STEPS. */
 #define MAX_STABILITY_STEPS   500000.0
 bool planar_has_solver(const char *name)
 {
@@ -62,29 +62,30 @@ void deadline_begin(struct deadline *w, const struct sim_options *asked, double 
 
 /* Divergence: finer steps or tolerances do not lead to a definite result.
  *
- * Runs that should agree separate: each switch that differs makes their difference
- * larger, until it is as large as the result. Further runs then show how far apart the results of
- * the scene can be. Their stiffnesses differ by STIFFNESS_NUDGE, less than a stiffness can be
- * known. The result is SIM_UNPREDICTABLE. Its t_s and mat are where the first two of all runs
- * separate (by more than a fifth of the largest movement or lift). Its error estimates are the
- * largest difference between any run and the reported run. */
+ * Runs that should agree diverge: each switch that differs increases their difference, until it is
+ * as large as the result. Further runs then show how different the results of the scene can be.
+ * Their stiffnesses differ by the factor STIFFNESS_NUDGE, which is less than the accuracy of any
+ * known stiffness. The result is SIM_UNPREDICTABLE. Its t_s and mat are the time and the mat of the
+ * first difference between any two runs that exceeds a fifth of the largest movement or lift. Its
+ * error estimates are the largest difference between any run and the reported run. */
 #define STIFFNESS_NUDGE      1e-9
-#define DIVERGENCE_RUN_COUNT 4 /* number of runs in addition to the two that separate */
+#define DIVERGENCE_RUN_COUNT 4 /* number of runs in addition to the two that diverge */
 
-/* Ratio of the tolerances of two passes. */
+/* Ratio of the tolerances of the two passes of a check. */
 #define ESTIMATE_RTOL_RATIO        30.0
 /* Ratio of two fixed steps. With the ratio 2, every second short step would end together with a
  * long one, and both runs would sample these switches at the same moment. */
 #define ESTIMATE_FIXED_STEP_RATIO  1.9
-/* Factor on the first step of the second run, for solvers that halve and double their step. */
+/* Ratio of the first steps of two runs, for solvers that halve and double their step. */
 #define ESTIMATE_FIRST_STEP_FACTOR 0.72
-#define ESTIMATE_STEP_SPAN_SHARE   0.5 /* largest step / span, for the longer of two fixed steps */
+/* for the longer of two fixed steps: largest step / duration of a span */
+#define ESTIMATE_STEP_SPAN_SHARE   0.5
 #define ESTIMATE_MIN_RTOL          1e-13
 /* Ends of the stability regions on the negative real axis: of the classical method and,
  * approximately, of the method of order 8. */
 #define ESTIMATE_RK4_STABILITY     2.785
 #define ESTIMATE_EVENT_STABILITY   6.0
-/* Number of steps that stability requires of event, above which implicit is used */
+/* If event needs more steps than this for stability, implicit is used instead. */
 #define ESTIMATE_EVENT_STEPS_MAX   10000.0
 #define ESTIMATE_STEP_COST_RATIO   4.0 /* cost of a step of implicit / cost of a step of event */
 
@@ -149,36 +150,39 @@ static void set_divergence_of_runs(const struct model *m, const struct pass_requ
 
 /* ---- the estimate ---- */
 
-/* The result is sensitive if the estimate exceeds the tolerance by this factor, because errors then
- * grow. */
+/* The result is sensitive if the error estimate exceeds the tolerance by this factor, because
+ * errors then grow. */
 #define SENSITIVE_TOLERANCE_RATIO  1000.0
-/* The same for a fixed step: estimate / largest movement. */
+/* For a fixed step the result is sensitive above this ratio: estimate / largest movement. */
 #define SENSITIVE_ERROR_MIN        0.05
-/* Error estimate / difference of two passes that sample their switches. The method is then of order
- * 1, so the finer pass has an error as large as the difference. */
+/* Error estimate / difference of two passes that sample their switches. Sampling makes the method
+ * one of order 1, so the error of the finer pass is about as large as the difference. */
 #define ERROR_FACTOR               2.0
-#define FINER_ERROR_FACTOR         1.2 /* factor for the difference from a finer pass */
-#define COARSER_ERROR_FACTOR       4.0 /* the same if the result is the coarser pass */
-#define OTHER_METHOD_ERROR_FACTOR  1.5 /* the same for the difference to a pass of another method */
-/* Smallest number of steps allowed to a run of another method. */
+#define FINER_ERROR_FACTOR         1.2 /* error estimate / difference from a finer pass */
+/* error estimate / difference from a finer pass, if the coarser pass is the result */
+#define COARSER_ERROR_FACTOR       4.0
+/* error estimate / difference from a pass of another method */
+#define OTHER_METHOD_ERROR_FACTOR  1.5
+/* a run of another method may always take at least this number of steps */
 #define OTHER_METHOD_MIN_STEPS     5000.0
 #define EVENT_EVALUATIONS_PER_STEP 12.0 /* number of evaluations in one step of event */
-/* Criteria of a bounce: one joint or foot changes at least this many times, its changes are a large
- * part of all changes, and there are few steps per change. */
+/* Smallest number of mode changes of a bouncing joint or foot. It also must have a large part of
+ * all changes, and few steps per change. */
 #define BOUNCE_FLIPS_MIN           4
 #define STEPS_PER_BOUNCE_MAX       100.0
-#define STALLED_SHARE_MAX          0.02 /* fraction of the steps allowed without progress */
-/* Number of runs that are added where no other method gives an answer. The ratios of their steps
- * and tolerances are not simple, so that switches do not coincide. */
+/* largest fraction of the allowed steps that may pass without progress */
+#define STALLED_SHARE_MAX          0.02
+/* Number of runs that are added if no other method gives an answer. The ratios of their steps and
+ * tolerances are not simple numbers, so that their switches do not coincide. */
 #define EXTRA_RUN_COUNT            2
 #define EXTRA_STEP_RATIO           1.37
 #define EXTRA_RTOL_RATIO           2.2
 
-/* Smallest error of a lift / error of a position. Lifts are differences of positions, in which
- * tolerances add up, and both runs can miss a lift of that size. */
+/* Smallest error of a lift / error of a position. A lift is a difference of positions, whose errors
+ * add up, and both runs can miss a lift of that size. */
 #define LIFT_ERROR_RATIO_MIN 10.0
 #define ERROR_GROWTH_PER_ROOT_STEP \
-    0.1 /* error of the tolerance per square root of the number of steps */
+    0.1 /* growth of the error with the square root of the number of steps, in tolerances */
 
 static bool is_solver_automatic(const struct sim_options *options)
 {
@@ -209,7 +213,7 @@ static bool does_kind_sample(const struct stepper_kind *kind)
     return kind->samples_switches || kind->samples_shape;
 }
 
-/* Runs another pass, which may end early. */
+/* Runs one more pass, which may end early. */
 static void run_another_pass(struct pass_outcome *pass, struct model *m,
                              const struct pass_request *request, const struct sim_options *options,
                              struct sim_result *result)
@@ -220,10 +224,10 @@ static void run_another_pass(struct pass_outcome *pass, struct model *m,
     add_pass_cost(result, pass);
 }
 
-/* Increases the estimate by a third pass. Two passes can agree by chance if their switches are
- * sampled or differ. With a fixed step, the third step is longer if that is stable, otherwise
- * shorter. Otherwise the third tolerance is between those of the two passes. A third pass that
- * fails changes nothing. */
+/* Increases the error estimate by a third pass, because two passes can agree by chance if they
+ * sample switches or had different switches. With a fixed step, the third step is longer than the
+ * others if that is stable, otherwise shorter; with a tolerance, it is between the other two. If
+ * the third pass fails, nothing changes. */
 static void widen_by_third_pass(struct model *m, const struct sim_options *options,
                                 struct solver_passes *runs, struct sim_result *result)
 {
@@ -262,11 +266,11 @@ static void widen_by_third_pass(struct model *m, const struct sim_options *optio
 /* Largest number of steps of event for a check: the number that costs as much as the runs so far.
  * 0: no check is made.
  *
- * A solver that samples its switches has an error from their positions within its steps; by chance
- * all of its runs can have the same error. The long steps of implicit skip events, and it makes the
- * same error at each bounce of mats that collide repeatedly. The stability limit is that of all
- * parts that can move. If implicit is checked and little moves, event may need far fewer steps, so
- * it is tried as long as it makes progress (is_within_step_budget). */
+ * A solver that samples switches makes an error that depends on their positions within the steps;
+ * by chance all its runs can have the same error. The long steps of implicit skip events, and it
+ * makes the same error at each bounce of mats that collide repeatedly. The stability limit assumes
+ * that every part moves. If implicit is checked and few parts move, event may need far fewer steps
+ * than this limit implies, so it runs as long as it makes progress (is_within_step_budget). */
 static uint64_t max_check_steps(const struct model *m, const struct sim_options *options,
                                 const struct solver_passes *runs, const struct sim_result *result)
 {
@@ -277,7 +281,7 @@ static uint64_t max_check_steps(const struct model *m, const struct sim_options 
     double most = implicit ? ESTIMATE_STEP_COST_RATIO * (double)(coarse->steps + fine->steps)
                            : (double)(coarse->evaluations + fine->evaluations) /
                                  EVENT_EVALUATIONS_PER_STEP;
-    /* auto has tried event, unless it began with implicit */
+    /* `auto` has already tried event, unless it began with implicit */
     bool tried = automatic && (!implicit || asked <= ESTIMATE_EVENT_STEPS_MAX);
     bool useful = does_kind_sample(runs->fine_request.kind) ||
                   (runs->fine_request.kind != &stepper_event && fine->events > 0);
@@ -339,8 +343,8 @@ static bool has_pass_bounces(const struct model *m, const struct pass_outcome *p
 }
 
 /* Adds a finer run if there is no run of event. Implicit makes the same error at every bounce, so
- * two of its runs can agree by chance. It mostly loses energy, so a run between the two can have
- * the same error too, and the run must be finer. */
+ * two of its runs can agree by chance. The error is mostly a loss of energy, so a run with a step
+ * between the two can have it too; the added run must be finer. */
 static void add_finer_run_after_bounces(struct model *m, const struct sim_options *options,
                                         struct solver_passes *runs, struct sim_result *result)
 {
@@ -353,9 +357,9 @@ static void add_finer_run_after_bounces(struct model *m, const struct sim_option
         widen_error(result, pass_compare(&runs->fine, &runs->third), ERROR_FACTOR);
 }
 
-/* Adds runs if switches are sampled and no other method locates them. If a part hovers, each step
- * size gives a different motion, even if two runs agree by chance. The added runs show how far
- * results differ. */
+/* Adds runs if switches are sampled and no run with another method has located them. If a part is
+ * at the edge of contact, each step size gives a different motion, even if two runs agree by
+ * chance. The added runs show how different the results are. */
 static void add_runs_if_only_sampled(struct model *m, const struct sim_options *options,
                                      const struct solver_passes *runs, struct sim_result *result)
 {
@@ -424,8 +428,8 @@ static void add_runs_if_sensitive(struct model *m, const struct sim_options *opt
     }
 }
 
-/* Computes the error estimate of the result, with additional runs if they are needed. Returns false
- * if the two passes contradict each other. `where`: their largest difference. */
+/* Computes the error estimate of the result, making additional runs if necessary. Returns false if
+ * the two passes contradict each other. `where`: their largest difference. */
 static bool estimate_error(struct model *m, const struct sim_options *options,
                            struct solver_passes *runs, struct sim_result *result,
                            struct sim_difference *where)
@@ -433,8 +437,8 @@ static bool estimate_error(struct model *m, const struct sim_options *options,
     const struct stepper_kind *kind = runs->fine_request.kind;
     const struct pass_outcome *a = &runs->coarse, *b = &runs->fine;
     struct pass_difference apart = pass_compare(a, b);
-    /* Two passes can agree more closely than their errors allow. Errors of single steps add up like
-     * random numbers. */
+    /* Correct for chance: two passes can agree more closely than their errors allow, because errors
+     * of single steps add up like random numbers. */
     double grown = fmax(1.0, ERROR_GROWTH_PER_ROOT_STEP * sqrt((double)b->steps));
     double least_ft = kind->has_fixed_step ? 0.0 : runs->fine_request.rtol * m->length_ft;
     *where = apart.u;
@@ -471,7 +475,8 @@ static bool estimate_error(struct model *m, const struct sim_options *options,
  * difference divided by 1.9, so that runs that agree by chance do not make it too small. If the
  * runs with the shortest steps contradict each other, the result is `unpredictable` (above). With a
  * given step, the steps are the given one, 1.9 and 3.6 times as long. */
-#define MOREAU_WORK_MAX 1.5e7 /* largest number of evaluations times mats of a run: about 10 s */
+/* largest product of evaluations and mats of a run, about 10 s of computing time */
+#define MOREAU_WORK_MAX 1.5e7
 
 #define MOREAU_ERROR_FACTOR       3.0
 #define MOREAU_FIRST_STEPS        500.0
@@ -591,7 +596,7 @@ static void run_moreau(const struct model *model, const struct sim_options *opti
         if (run.status == SIM_OK) {
             moreau_runs_add(&moreau_runs, &run);
             fill_moreau_error(&moreau_runs, result);
-        } else { /* the runs with longer steps are not used any more */
+        } else { /* runs with longer steps are no longer needed */
             sim_result_set_status(result, run.status, run.mat, run.t_s);
             pass_outcome_free(&run);
             moreau_runs_clear(&moreau_runs);
@@ -603,7 +608,7 @@ static void run_moreau(const struct model *model, const struct sim_options *opti
     }
     if (moreau_runs.run_count >= 2) {
         result->status = SIM_OK;
-        /* the error of positions is at least that of solver event */
+        /* the error of positions is at least as large as that of solver event */
         if (sim_record_peak(&moreau_runs.runs[moreau_runs.run_count - 1].record).u_ft > 0.0)
             result->error_lift_ft = fmax(result->error_lift_ft,
                                          LIFT_ERROR_RATIO_MIN * stepper_event.rtol * m.length_ft);
@@ -651,8 +656,8 @@ static const struct stepper_kind *choose_solver(const struct sim_scene *scene,
 }
 
 /* Runs `coarse` and `fine`. `is_result_coarse`: the result is that of `coarse`, otherwise that of
- * `fine`. `last`: no other solver follows, so the result is unpredictable if the runs contradict
- * each other. */
+ * `fine`. `last`: no other solver is tried, so if the runs contradict each other the result is
+ * SIM_UNPREDICTABLE. */
 static void run_coarse_and_fine(struct model *m, const struct sim_options *options,
                                 struct pass_request request, bool is_result_coarse, bool last,
                                 bool *contradicted, struct sim_result *result)
@@ -758,7 +763,8 @@ static void run_adaptive_solver(struct model *m, const struct sim_options *optio
     }
 }
 
-/* Adds a note that auto has changed the solver, because the first ended with step_underflow. */
+/* Adds a note that `auto` has changed the solver, because the first one ended with
+ * SIM_STEP_UNDERFLOW. */
 static void note_solver_change(struct sim_result *result, const char *left, const char *next)
 {
     sim_result_add_note(result, "auto: %s reached only %.*g s, because %s; %s used instead", left,
@@ -767,8 +773,8 @@ static void note_solver_change(struct sim_result *result, const char *left, cons
     result->reason = NULL;
 }
 
-/* Runs the remaining solvers if the first two made no progress because switches accumulate. hamming
- * samples switches; moreau solves any number of them in one step. */
+/* Runs the remaining solvers if the first two made no progress because there are too many switches:
+ * hamming samples them; moreau solves any number of them in one step. */
 static void run_remaining_solvers(struct model *m, const struct sim_options *options,
                                   struct sim_result *result)
 {
@@ -789,7 +795,7 @@ static void run_other_solvers(struct model *m, const struct sim_options *options
                               const struct stepper_kind *first, struct sim_result *result)
 {
     const struct stepper_kind *other = first == &stepper_event ? &stepper_implicit : &stepper_event;
-    /* if little moves, the fastest rate is not relevant, and event may still make progress */
+    /* if few parts move, the fastest rate does not matter, and event may still make progress */
     bool last = other != &stepper_event || event_stability_steps(m, result) <= MAX_STABILITY_STEPS;
     note_solver_change(result, first->name, other->name);
     result->status = SIM_OK;
@@ -799,8 +805,8 @@ static void run_other_solvers(struct model *m, const struct sim_options *options
         run_remaining_solvers(m, options, result);
 }
 
-/* Solver auto: if the first solver makes no progress, runs the other solvers, within
- * PLANAR_OTHER_SOLVERS_S in total. If none succeeds, the result has the first solver's error. */
+/* Runs solver auto: if the first solver makes no progress, runs the others, for at most
+ * PLANAR_OTHER_SOLVERS_S in total. If none succeeds, the error of the first solver is reported. */
 static void run_auto(struct model *m, const struct sim_options *options,
                      const struct stepper_kind *kind, struct sim_result *result)
 {
@@ -809,7 +815,7 @@ static void run_auto(struct model *m, const struct sim_options *options,
     run_adaptive_solver(m, options, kind, last, result);
     if (result->status != SIM_STEP_UNDERFLOW)
         return;
-    /* a plain copy is safe, because the failed result has no arrays */
+    /* copying the struct is safe, because a failed result has no arrays */
     struct sim_result refused = *result;
     deadline_begin(&deadline, options, PLANAR_OTHER_SOLVERS_S);
     run_other_solvers(m, &deadline.options, kind, result);

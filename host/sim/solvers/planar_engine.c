@@ -13,16 +13,17 @@
 /* ---- the moving parts ---- */
 
 #define UNEVEN_REST_SPEED_MAX \
-    1e-6 /* speed / sqrt(g L) below which a node on uneven ground is at rest */
-#define GUARD_MATS              4  /* number of mats at rest in the heaving part at each end */
+    1e-6 /* speed / sqrt(g L) below which a node on uneven ground counts as at rest */
+/* number of mats at rest that are included at each end of the heaving part */
+#define GUARD_MATS              4
 #define HEAVING_GROWTH_MATS_MIN 8  /* smallest number of mats by which the heaving part grows */
-#define REST_STEPS_TO_SHRINK    16 /* number of steps at rest before a part may shrink */
+#define REST_STEPS_TO_SHRINK    16 /* number of steps at rest before a part may become smaller */
 /* Number of steps at rest before the outermost mat leaves the sliding part: one for its damper, one
- * for the grit, one spare. */
+ * for the grit, one in reserve. */
 #define JOINT_SETTLING_STEPS    3
-/* Height / L above which a node is held by its mats and not by the ground. */
+/* A node higher than this (height / L) is supported by its mats, not by the ground. */
 #define AIRBORNE_HEIGHT_MIN     1e-3
-/* Limit of rest: height / L, and rate of the height / sqrt(g L). */
+/* a node below both limits is at rest: height / L, and rate of the height / sqrt(g L) */
 #define REST_TOLERANCE          1e-13
 
 /* Extends a part to cover mats `low` to `high`. */
@@ -53,7 +54,7 @@ static void update_sliding_part(struct planar_engine *l, const struct sim_touch 
                     s->last_rest_steps >= REST_STEPS_TO_SHRINK;
         if (idle)
             s->last = s->first -
-                      1; /* the part begins again at the wheel and does not grow towards it */
+                      1; /* all mats are at rest, so the part begins again at the wheel */
         extend_part(s, &l->model, touch[i].mat - 2, touch[i].mat);
     }
     if (s->last < s->first)
@@ -75,9 +76,9 @@ static void update_sliding_part(struct planar_engine *l, const struct sim_touch 
     }
 }
 
-/* On uneven ground a node under compression comes to rest above or below its settled height. A node
- * in the air never counts as at rest, because mats outside the heaving part count as flat, which
- * would shorten a standing wave. */
+/* Returns whether a node on uneven ground is at rest. Its height may differ from the settled one,
+ * because the joints may be compressed. A node in the air never counts as at rest: mats outside the
+ * heaving part count as flat, so a standing wave would become shorter. */
 static bool is_node_at_rest(const struct planar_engine *l, int node)
 {
     const struct model *m = &l->model;
@@ -95,8 +96,8 @@ static bool is_mat_at_rest(const struct planar_engine *l, int n)
     return is_node_at_rest(l, n) && is_node_at_rest(l, n + 1);
 }
 
-/* On uneven ground a joint whose force changes lifts or presses down its mats. Adds these mats to
- * the heaving part. */
+/* On uneven ground, a joint whose force changes lifts its mats or presses them down. Adds these
+ * mats to the heaving part. */
 static void add_sliding_mats_to_heaving(struct planar_engine *l, int chunk)
 {
     const double *v = l->z + l->model.coordinate_count;
@@ -110,12 +111,12 @@ static void add_sliding_mats_to_heaving(struct planar_engine *l, int chunk)
 }
 
 /* Updates the heaving part: mats that are not flat or not at rest, mats under the wheel, and
- * GUARD_MATS mats at rest at each end, so that the omitted motion is below REST_TOLERANCE. */
+ * GUARD_MATS mats at rest at each end, so that motion outside the part is below REST_TOLERANCE. */
 static void update_heaving_part(struct planar_engine *l)
 {
     struct model *m = &l->model;
     struct moving_part *h = &l->heaving;
-    /* number of mats on which a load acts at once, as in model.c */
+    /* number of mats over which a sudden load acts, as in model.c */
     int chunk = m->load_tail_mats > GUARD_MATS + HEAVING_GROWTH_MATS_MIN
                   ? m->load_tail_mats - GUARD_MATS
                   : HEAVING_GROWTH_MATS_MIN;
@@ -157,8 +158,8 @@ static void update_heaving_part(struct planar_engine *l)
     }
 }
 
-/* Adds the mats of the heaving part to the sliding part if heaving moves them along the runway: by
- * the joints of profile `full`, or by a change of the friction on soil. */
+/* Adds heaving mats to the sliding part if their vertical motion moves them along the runway:
+ * through the joints with profile `full`, or through a change of the friction on soil. */
 static void add_heaving_mats_to_sliding(struct planar_engine *l)
 {
     const struct model *m = &l->model;
@@ -168,7 +169,7 @@ static void add_heaving_mats_to_sliding(struct planar_engine *l)
 
 /* ---- tensions ---- */
 
-/* Shortening of a mat due to its rotation, on either side, and its rate of change. */
+/* Shortening of the mat on either side of a joint due to its rotation, and its rate of change. */
 struct shortening {
     double ft, ft_s;
 };
@@ -191,7 +192,7 @@ LAW_INLINE void update_tensions_by_law(struct planar_engine *l, enum joint_law l
     struct law_joint joint = {m->kl_lb_ft, m->cl_lb_s_ft, l->slack_ft};
     struct shortening left, right = shortening_of(l, l->sliding.first - 1);
     for (int j = l->sliding.first; j <= l->sliding.last + 1; j++) {
-        left = right; /* set before the test for free ends, because the next joint also needs it */
+        left = right; /* set before the test for free ends, because the next joint needs it too */
         right = shortening_of(l, j);
         if ((j == 0 && m->is_left_free) || (j == m->mats && m->is_right_free)) {
             l->tension_lb[j] = 0.0;
@@ -207,7 +208,7 @@ LAW_INLINE void update_tensions_by_law(struct planar_engine *l, enum joint_law l
         struct joint_grit grit = {l->grit_lb[j], l->grit_yield_ft[j], l->reach_ft[j]};
         struct law_pull pulled = joint_pull(law, joint, g, rate, grit);
         if (law == JOINT_SLACK && l->last_step_s > 0.0 && joint_mode(g, l->slack_ft) == 0)
-            /* damper force for the part of the last step in which the joint was closed */
+            /* damper force, only for the part of the last step in which the joint was closed */
             pulled.lb = joint.cl_lb_s_ft * rate;
         double t_lb = pulled.lb;
         if (l->mods && mods_is_torn(l->mods, j + 1))
@@ -220,7 +221,7 @@ LAW_INLINE void update_tensions_by_law(struct planar_engine *l, enum joint_law l
     }
 }
 
-/* Computes the tensions. Each joint law has a separate loop. */
+/* Computes the tensions, in a separate loop for each joint law. */
 static void update_tensions(struct planar_engine *l)
 {
     if (l->joints == JOINT_LINEAR)
@@ -237,10 +238,10 @@ static void update_tensions(struct planar_engine *l)
 
 /* ---- speeds ---- */
 
-/* Largest number of repetitions of a step in which the soil releases or catches nodes. */
+/* Largest number of times that a step is repeated because nodes leave or touch the soil. */
 #define MAX_CONTACT_ROUNDS 8
 
-/* Applies bands and cleats before a kick, and adds mats that a band moves to the sliding part. */
+/* Applies bands and cleats before a kick. Adds mats that a band moves to the sliding part. */
 static void brace_sliding_part(struct planar_engine *l, const struct sim_touch *touch, int count,
                                double h_s)
 {
@@ -289,8 +290,8 @@ static double node_soil_force_lb(const struct planar_engine *l, int node)
     return kernel_soil_at_lb(&l->model, l->z, l->z + l->model.coordinate_count, node);
 }
 
-/* Mean force of the soil on a node during the kick of its mats. It differs from the present force
- * only while a step is divided into parts, and in the next step. */
+/* Returns the mean force of the soil on a node during the kick of its mats. It differs from the
+ * present force only in a step that is divided into parts and in the step after it. */
 static double mean_soil_force_lb(const struct planar_engine *l, int node)
 {
     if (l->is_step_divided)
@@ -300,8 +301,8 @@ static double mean_soil_force_lb(const struct planar_engine *l, int node)
     return known ? l->next_normal_lb[node] + l->next_normal_share * now_lb : now_lb;
 }
 
-/* Coulomb limit of a heaving mat, from the reaction of the soil in the kick of its nodes, with
- * dampers at the end of the step. The friction of a foot that lands within a step therefore
+/* Returns the Coulomb limit of a heaving mat, computed from the force of the soil in the kick of
+ * its nodes, with dampers at the end of the step. Thus the friction of a foot that lands in a step
  * includes the impulse of its landing. */
 static double soil_friction_limit_lb(const struct planar_engine *l, int n)
 {
@@ -312,8 +313,8 @@ static double soil_friction_limit_lb(const struct planar_engine *l, int n)
            (fmax(0.0, node_soil_force_lb(l, n)) + fmax(0.0, node_soil_force_lb(l, n + 1)));
 }
 
-/* Updates the speed of a mat under the gear. The ground holds the mat; its Coulomb limit includes
- * its share of the gear's load. */
+/* Updates the speed of a mat under the gear, on which the elastic ground acts. Its Coulomb limit
+ * includes its share of the gear's load. */
 static void step_mat_under_gear(struct planar_engine *l, int n, double thrust_lb, double limit_lb,
                                 double h_s)
 {
@@ -331,8 +332,8 @@ static void step_mat_under_gear(struct planar_engine *l, int n, double thrust_lb
                          step.equivalent_s);
 }
 
-/* Sets the mat under the wheel in the model (from 0; -1: none). The engine, not the model, applies
- * the thrust. */
+/* Sets the mat under the wheel in the model (from 0; -1: none). The thrust is applied by the
+ * engine, not by the model. */
 static void set_wheel_mat(struct model *m, int mat)
 {
     m->span = (struct span){.mat = mat, .share_mat = -2};
@@ -343,7 +344,7 @@ KERNEL_INLINE unsigned kick_mats(struct planar_engine *l, const struct sim_touch
                                  double h_s, bool plain)
 {
     const struct model *m = &l->model;
-    /* `u` is unused until outputs are written */
+    /* `u` is free for temporary use until outputs are written */
     double *v = l->z + m->coordinate_count, *thrust = l->u;
     const bool cleated = !plain && l->mods && l->mods->has_cleats,
                elements = !plain && m->elements.count > 0, geared = !plain && l->gear;
@@ -355,8 +356,7 @@ KERNEL_INLINE unsigned kick_mats(struct planar_engine *l, const struct sim_touch
     for (int i = 0; i < count; i++)
         thrust[touch[i].mat - 1] += touch[i].thrust_lb;
     for (int c = 0; l->mods && c < l->mods->brace_count; c++)
-        /* braces on mats outside the part have no effect, because the loop below skips these
-         * mats */
+        /* forces on mats outside the part have no effect: the loop below skips them */
         thrust[l->mods->brace_mat[c] - 1] += l->mods->brace_force_lb[l->mods->brace_mat[c]];
     for (int n = l->sliding.first; n <= l->sliding.last; n++) {
         double limit = l->limit_lb[n], mass_slug = l->mass_slug[n];
@@ -397,8 +397,8 @@ static unsigned kick_sliding_part(struct planar_engine *l, const struct sim_touc
     return plain ? kick_mats(l, touch, count, h_s, true) : kick_mats(l, touch, count, h_s, false);
 }
 
-/* Releases nodes that the soil would pull at the end of the step, because soil never pulls, and
- * catches nodes that it would push. Returns true if a node has changed. */
+/* Releases nodes on which the soil would pull at the end of the step, because soil cannot pull.
+ * Puts nodes that it would push in contact. Returns true if a node has changed. */
 static bool update_contacts(struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
@@ -435,8 +435,7 @@ static double kick_heaving_part(struct planar_engine *l, double h_s)
 
 /* ---- gear ---- */
 
-/* Moves the wheel or the gear from t0 to t1. From now on, the weight of a gear acts on the heaving
- * part. */
+/* Moves the wheel or gear from t0 to t1. The weight of a gear then acts on the heaving part. */
 static int move_gear(struct planar_engine *l, struct sim_wheel *wheel, double t0_s, double t1_s,
                      struct sim_touch *touch)
 {
@@ -477,7 +476,7 @@ static void set_tilt(struct planar_engine *l)
     const double *ground = l->scene->ground_ft.values;
     for (int n = 0; n < m->mats; n++) {
         l->tilt_ft[n] = ground ? ground[n] - ground[n + 1] : 0.0;
-        /* a node on soft soil settles more */
+        /* a node on softer soil settles more */
         l->rest_tilt_ft[n] = l->tilt_ft[n] + l->rest_ft[n + 1] - l->rest_ft[n];
         double s = l->rest_tilt_ft[n] / m->length_ft;
         l->rest_cos[n] = sqrt(1.0 - s * s);
@@ -490,8 +489,7 @@ static void set_tilt(struct planar_engine *l)
     }
 }
 
-/* Sets the properties of each node, joint and mat, from the lists of the scene or from the values
- * that hold everywhere. */
+/* Sets the properties of each node, joint and mat, from the lists or single values of the scene. */
 static void set_properties(struct planar_engine *l)
 {
     struct model *m = &l->model;
@@ -562,7 +560,7 @@ static void assign_arrays(struct planar_engine *l)
     }
     l->slack_ft = m->slack_ft;
     m->given_tension_lb = l->tension_lb;
-    m->slack_ft = 0.0; /* the engine computes the slack, and the model must not */
+    m->slack_ft = 0.0; /* the engine applies the slack, so the model must not */
     bool gritty = false;
     for (int j = 0; j <= m->mats; j++) {
         l->gap0_ft[j] = sim_scene_joint_value(&l->scene->gap0_ft, j + 1);
@@ -586,7 +584,7 @@ enum mr_status planar_engine_make(struct planar_engine *l, const struct sim_scen
             sim_scene_name(scene));
     if (model_make(&l->model, scene, true, error) != MR_OK)
         return error->status;
-    if (result) /* the model is described before the engine changes it */
+    if (result) /* describe the model before the engine changes it */
         model_describe(&l->model, result);
     l->mods = mods_make(scene);
     l->gear = gear_make(scene);
@@ -606,17 +604,19 @@ void planar_engine_free(struct planar_engine *l)
 
 #define FOLDED_MIN_DEG           85.0
 #define DEG_PER_RAD              (180.0 / 3.14159265358979323846)
-/* Lift / lift at the overrun below which the wheel has left a wave. The next wave is a new one. */
+/* The wheel has left a wave if its lift is below this fraction of the lift at the overrun. A later
+ * wave counts as a new one. */
 #define OFF_WAVE_LIFT_RATIO      0.5
-#define SMALL_TURN_SINE_MAX      0.01 /* sine of a rotation so small that no arc sine is needed */
+/* up to this sine, the angle equals the sine within rounding */
+#define SMALL_TURN_SINE_MAX      0.01
 #define STEPS_PER_CALLBACK       1024 /* number of steps between calls of may_continue */
 #define STEPS_PER_SHAPE_UPDATE   4    /* number of steps between updates of lifts and angles */
 /* Number of parts into which a step is divided if a node lands in it */
 #define LANDING_STEP_PARTS       16
-/* speed / sqrt(g L) below which a landing node does not lift its neighbours */
+/* a node that lands with a smaller speed / sqrt(g L) does not lift its neighbours */
 #define GENTLE_LANDING_SPEED_MAX 1e-4
 
-/* Index of the mat with the largest share of the wheel; -1: none. */
+/* Returns the index of the mat with the largest share of the wheel's load; -1: none. */
 static int find_mat_under_wheel(const struct sim_touch *touch, int count)
 {
     double most = 0.0;
@@ -630,7 +630,7 @@ static int find_mat_under_wheel(const struct sim_touch *touch, int count)
     return mat;
 }
 
-/* Largest lift, `back_s` before the end of the present step, and its node. */
+/* Returns the largest lift and its node at the time `back_s` before the end of the present step. */
 static double largest_lift_ft(const struct planar_engine *l, double back_s, int *node_from_1)
 {
     const struct model *m = &l->model;
@@ -648,8 +648,7 @@ static double largest_lift_ft(const struct planar_engine *l, double back_s, int 
     return most_ft;
 }
 
-/* Records the outputs up to t_s, each at its own time. The speeds are those of the step that ends
- * at t_s. */
+/* Records the outputs up to t_s, each at its own time. The speeds are of the step ending at t_s. */
 static void record_outputs(struct planar_engine *l, struct march *march, double t_s)
 {
     const struct model *m = &l->model;
@@ -693,7 +692,7 @@ static void record_extremes(struct planar_engine *l, struct march *march)
     }
 }
 
-/* Records the highest node when the first node has risen by lift_ft. */
+/* Records the highest node at the moment when the first node has risen by lift_ft. */
 static void record_crest(const struct planar_engine *l, struct march *march, double lift_ft)
 {
     int highest = l->heaving.first;
@@ -775,9 +774,9 @@ static void init_march_state(struct planar_engine *l, bool prunes)
     }
 }
 
-/* True if a node will reach the ground in the step. Two nodes that land in one step lift their
- * neighbours differently from two that land one after the other. All steps longer than the time
- * between the landings would make the same error. */
+/* True if a node will reach the ground in the step. Two nodes that land in the same step lift their
+ * neighbours differently from two that land one after the other, so without this test every step
+ * longer than the time between the two landings would give the same wrong result. */
 static bool will_node_land(const struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
@@ -790,17 +789,17 @@ static bool will_node_land(const struct planar_engine *l, double h_s)
     return false;
 }
 
-/* Steps the heights over h_s in parts; afterwards the speeds are half a part behind the end of the
- * step. Friction uses the soil's mean force during the kick, which lasts from half a step before
- * the step's beginning to half a step after it. The soil's force after that belongs to the next
- * step. Returns the largest change of a node's speed. */
+/* Steps the heights over h_s in several parts. Afterwards the speeds are those of half a part
+ * before the end of the step. Friction uses the soil's mean force during the kick, which lasts from
+ * half a step before the step's beginning to half a step after it. The soil's force after that
+ * belongs to the next step. Returns the largest change of a node's speed. */
 static double step_heights_in_parts(struct planar_engine *l, bool after_parts, double first_kick_s,
                                     double h_s)
 {
     struct model *m = &l->model;
     double *p = l->z, *v = l->z + m->coordinate_count;
     double part_s = h_s / LANDING_STEP_PARTS, jolt_ft_s = 0.0, done_s = 0.5 * part_s - first_kick_s;
-    /* fraction of the mean that belongs to the time before this step */
+    /* fraction of the mean force that belongs to the time before this step */
     double early = fmax(0.0, 0.5 + done_s / h_s);
     for (int j = m->first_mat; j <= m->last_mat + 1; j++) {
         bool known = after_parts && j >= l->normal_first && j <= l->normal_last;
@@ -829,7 +828,7 @@ static double step_heights_in_parts(struct planar_engine *l, bool after_parts, d
     return jolt_ft_s;
 }
 
-/* A march while it runs. */
+/* State of a march while it runs. */
 struct march_run {
     struct planar_engine *engine;
     struct march *march;
@@ -855,7 +854,8 @@ static void begin_march(struct march_run *way)
     sim_wheel_start(&way->wheel, l->scene);
     if (l->gear) {
         gear_start(l->gear, h);
-        l->model.wheel_load_lb = 0.0; /* with a gear, its axles apply the load */
+        /* with a gear, the load is applied by its axles, not by the model */
+        l->model.wheel_load_lb = 0.0;
     }
     record_outputs(l, way->march, 0.0);
 }
@@ -871,7 +871,7 @@ static double kick_end_s(const struct march *march, uint64_t i)
     return ((double)i + 0.5) * march->h_s;
 }
 
-/* Moves the wheel, and updates which parts move. */
+/* Moves the wheel, and updates which mats are integrated. */
 static void step_wheel(struct march_run *way, uint64_t i)
 {
     struct planar_engine *l = way->engine;
@@ -910,10 +910,10 @@ static void step_vertical(struct march_run *way, uint64_t i)
         march->impact_ft_s = fmax(
             march->impact_ft_s, step_heights_in_parts(l, way->last_height_step_s < h, first_s, h));
         way->last_height_step_s = part_s;
-        /* fraction of the next step's mean that is the present force */
+        /* fraction of the next step's mean force that is due to the present force */
         l->next_normal_share = 0.5 * (part_s + h) / h;
     } else if (way->has_heaving_part) {
-        /* after a divided step the speeds are only half a part behind */
+        /* after a divided step the speeds are those of only half a part before */
         double part_s = way->last_height_step_s < h ? 0.5 * (way->last_height_step_s + h) : kick_s;
         l->next_normal_share = way->last_height_step_s < h ? part_s / h : 1.0;
         march->impact_ft_s = fmax(march->impact_ft_s, kick_heaving_part(l, part_s));

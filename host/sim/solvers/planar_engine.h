@@ -1,6 +1,6 @@
-/* Planar engine: one run of the solver of landing.h: its state, and its step (which mats slide and
- * which heave, tensions, speeds, the gear). landing.c compares several runs and estimates their
- * error. Mats, nodes and joints are counted from 0, as in model.h. */
+/* Planar engine: state and step of one run of the solver in landing.h (which mats slide and which
+ * heave, tensions, speeds, gear). landing.c compares several runs and estimates their error. Mats,
+ * nodes and joints are counted from 0, as in model.h. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_PLANAR_ENGINE_H
 #define MATRIG_HOST_SIM_SOLVERS_PLANAR_ENGINE_H
 
@@ -19,15 +19,15 @@ struct moving_part {
 };
 
 struct planar_engine {
-    struct model model; /* the model; its window is the heaving part */
+    struct model model; /* the model, whose window (range of integrated mats) is the heaving part */
     const struct sim_scene *scene;
-    /* number of values from z on, which are all values that a march changes */
+    /* number of values, counted from `z`, that a march changes */
     size_t stored_value_count;
     double *z; /* state of every mat, at all times */
     double *accel, *u, *v, *height;
     /* for each joint: its properties; elements/law.h */
     double *gap0_ft, *grit_lb, *grit_yield_ft, *reach_ft, *kl_lb_ft;
-    /* Soil and depth at rest of each node; Coulomb limit, hinge and mass of each mat or joint
+    /* Soil and depth at rest of each node; Coulomb limit and mass of each mat, hinge of each joint
      * (sim_scene_value_along). */
     double *kv_lb_ft, *cv_lb_s_ft, *rest_ft, *limit_lb, *kt_lb_ft_rad, *mass_slug, *mass_ratio;
     double *rest_tilt_ft;
@@ -35,7 +35,7 @@ struct planar_engine {
     /* Downward force on each node and moment on each joint, from modifications and gear; NULL:
      * none. */
     double *brace_force_lb, *brace_moment_lb_ft;
-    /* computes brace_force_lb and brace_moment_lb_ft; NULL: there are none */
+    /* function that computes brace_force_lb and brace_moment_lb_ft; NULL: neither is used */
     void (*brace_heaving_part)(struct planar_engine *l);
     double *max_push_lb, *max_pull_lb,
         *max_rise_ft; /* for each joint and node: largest value so far */
@@ -43,15 +43,15 @@ struct planar_engine {
      * the normal forces for friction, in this step and in the next one. */
     bool is_step_divided;
     double *normal_lb,
-        *next_normal_lb; /* normal force of each node, from normal_first to normal_last */
+        *next_normal_lb; /* normal forces of the nodes from normal_first to normal_last */
     int normal_first, normal_last;
     /* fraction of the next step's normal force that next_normal_lb does not contain; otherwise 1 */
     double next_normal_share;
     /* Duration of the last step, over which the damper of a joint that closes or opens is averaged.
-     * 0: the damper acts fully. */
+     * 0: no averaging. */
     double last_step_s;
-    /* Tension of each joint. Between mats at rest, the tension of the last step in which one of
-     * them moved. */
+    /* Tension of each joint. A joint between mats at rest keeps the tension of the last step in
+     * which one of them moved. */
     double *tension_lb;
     double slack_ft;
     enum joint_law joints;
@@ -62,13 +62,13 @@ struct planar_engine {
     struct gear *gear;          /* NULL: the scene has no gear on elastic ground */
 };
 
-/* Makes the engine of a scene. `l` must be all zero before. If `result` is given, adds the features
- * that the model omits to it. Call planar_engine_free in every case. */
+/* Makes the engine of a scene. `l` must be zeroed. If `result` is given, adds the features that the
+ * model omits to it. Call planar_engine_free in every case. */
 enum mr_status planar_engine_make(struct planar_engine *l, const struct sim_scene *scene,
                                   struct sim_result *result, struct error *error);
 void planar_engine_free(struct planar_engine *l);
 
-/* Where the modifications find mats and joints in the arrays of the engine. */
+/* Returns where the modifications find mats and joints in the engine's arrays. */
 static inline struct mods_view planar_engine_view(const struct planar_engine *l)
 {
     return (struct mods_view){l->z, l->z + l->model.coordinate_count, 2, -1, l->tension_lb, 1};

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdbool.h>
 
-/* Leading terms smaller than this fraction of the largest value are dropped */
+/* Leading terms smaller than this fraction of the largest value are dropped. */
 #define NEGLIGIBLE_TERM_SHARE 1e-18
 
 double polynomial_value(const double *s, int degree, double t)

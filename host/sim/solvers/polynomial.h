@@ -7,9 +7,9 @@
 
 double polynomial_value(const double *s, int degree, double t);
 
-/* Time from 0 to `wide` at which a condition that must not be negative falls below 0; INFINITY:
- * never. If the condition begins within `edge` of 0, the limit is -edge and not 0. `edge` is larger
- * than all rounding errors, so that a switch is not reversed at once. Changes s. */
+/* Returns the time from 0 to `wide` at which a condition s falls below 0; INFINITY: never. If it
+ * begins within `edge` of 0, the limit is -edge instead of 0, so that a switch is not reversed at
+ * once; `edge` is larger than all rounding errors. Changes s. */
 double polynomial_first_negative_s(double *s, int degree, double wide, double edge);
 
 #endif

@@ -57,11 +57,11 @@ bool stepper_end_at_reversal(const struct stepper *s, const double *rate, double
         return false;
     for (int k = m->coordinate_count + stepper_low(s) + 1;
          k < m->coordinate_count + stepper_high(s); k += 2) {
-        /* signs such that the speed increases */
+        /* assume the sign with which the speed increases */
         double a = fabs(rate[k]), v = rate[k] < 0.0 ? -s->z[k] : s->z[k];
         if (a * h < veps || v > edge || v + a * h < -edge)
             continue;
-        /* the edge is so near that the step would be too short, so the step does not end there */
+        /* do not end the step at an edge that is so near that the step would be too short */
         double to_s = (v < -1.25 * edge ? -edge - v : edge) / a;
         if (to_s < h && to_s > s->min_step_s)
             h = to_s;

@@ -1,9 +1,9 @@
 /* Stepper: a method that advances a model step by step. PLANAR.md, "Solvers".
  *
- * The driver (planar.c) controls time, modes, events and outputs; a stepper only steps. advance
- * goes from (t, z) to (t_new, z_new) with t_new <= limit; dense gives the state within that step.
- * The driver then either accepts the whole step (t, z become t_new, z_new) or continues from a
- * point within it (an event, then restart). */
+ * The caller (pass.c) controls modes, events and outputs; a stepper only computes steps. `advance`
+ * goes from (t, z) to (t_new, z_new) with t_new <= limit; `interpolate` gives the state within that
+ * step. The caller then either accepts the whole step (t, z become t_new, z_new) or continues from
+ * a point within it (an event, then restart). */
 #ifndef MATRIG_HOST_SIM_SOLVERS_STEPPER_H
 #define MATRIG_HOST_SIM_SOLVERS_STEPPER_H
 
@@ -13,25 +13,27 @@ struct stepper;
 
 struct stepper_kind {
     const char *name;
-    bool samples_switches; /* switches are determined at every evaluation and not located in time */
-    bool samples_shape;    /* as `samples_switches`, but stick-slip switches are located */
+    /* modes are updated at every evaluation; switches are not located in time */
+    bool samples_switches;
+    /* as `samples_switches`, but the times at which mats stick or slip are located */
+    bool samples_shape;
     /* as `samples_switches`, but determines within the step which mats stop */
     bool finds_stops_in_step;
-    bool has_fixed_step;     /* the step is given (dt) and not chosen */
-    bool can_leave_out_mats; /* mats at rest may be left out */
+    bool has_fixed_step;     /* the step size is given (dt) */
+    bool can_leave_out_mats; /* mats at rest may be omitted */
     bool has_long_steps;     /* steps can be so long that a mat slips and sticks within one */
-    /* friction tanh reverses within this speed, in veps; 0: not considered */
+    /* speed, in veps, within which the friction law tanh reverses; 0: not considered */
     double reversal_speed_veps;
     double rtol; /* default tolerance */
-    /* kind that is faster at loose_rtol and above; NULL: none */
+    /* other stepper that is faster at tolerances of loose_rtol and above; NULL: none */
     const struct stepper_kind *kind_for_loose_rtol;
     double loose_rtol;
     const char *description; /* description for users, one line */
-    /* Memory of the kind: work_bytes bytes, all 0, which begin with `row_count` pointers to rows of
-     * 2 size values; and `extra_value_rows` times size further values, which are passed to
+    /* Memory of the stepper: work_bytes bytes, all 0, which begin with `row_count` pointers to rows
+     * of 2 size values; and `extra_value_rows` times size further values, which are passed to
      * `make`. */
     size_t work_bytes, row_count, extra_value_rows;
-    /* Prepares the further values (`extra_values`); NULL: nothing to prepare. */
+    /* Prepares the values `extra_values`; NULL: nothing to prepare. */
     void (*make)(struct stepper *stepper, double *extra_values);
     /* releases the memory that `make` allocated; NULL: nothing */
     void (*free)(struct stepper *stepper);
@@ -48,15 +50,15 @@ struct stepper {
     struct model *model;
     double rtol;
     double atol_ft, atol_ft_s; /* absolute tolerances of positions and rates */
-    double dt_s;               /* given step */
+    double dt_s;               /* step size dt, if it is given */
     double h_s;                /* size of the next step */
-    double min_step_s;         /* smallest step; a smaller one is a failure */
+    double min_step_s;         /* a smaller step is a failure */
     double t_s, t_new_s;
     double *z, *z_new; /* state before and after the step: 2 size values each */
     /* Rates (v, p'') at both ends of the last step; NULL: not known. */
     const double *rate, *rate_new;
     uint64_t rejected_steps;
-    void *work;      /* memory of the kind */
+    void *work;      /* memory of this kind of stepper */
     double *storage; /* the values to which `work` points; stepper_make allocates both */
 };
 
@@ -83,18 +85,19 @@ static inline int stepper_high(const struct stepper *s)
     return 2 * s->model->last_mat + 3;
 }
 
-/* Chooses the step: h_s, or the step to the limit if it is at most 1 % longer (`last`). Returns
- * false if h_s has become too small. */
+/* Chooses the step: h_s, or the step to the limit if that is at most 1 % longer (sets `last`).
+ * Returns false if h_s has become too small. */
 bool stepper_choose_step(const struct stepper *stepper, double limit_s, double *h_s, bool *last);
 
-/* Friction tanh reverses where a mat's speed passes through 0, within a few veps. For a much longer
- * step, the reversal is a jump, which reduces the order of a method and which the error estimate
- * may miss. Returns true if the step was shortened to end where the reversal begins; two steps
- * cover the reversal. Uses the rates at the start of the step. */
+/* Friction tanh reverses where a mat's speed passes through 0, within a few veps. If the step is
+ * much longer, the reversal is a jump, which reduces the order of the method and which the error
+ * estimate may miss. Shortens the step to end where the reversal begins, and returns true if it did
+ * so; the next two steps cover the reversal. Uses the rates at the start of the step. */
 bool stepper_end_at_reversal(const struct stepper *stepper, const double *rate, double *h_s);
 
-/* Accepts the step h_s to t_new_s. The next step is `grow` times as long. If a limit or a friction
- * reversal shortened this step (`last`), the next step is as long as this one was planned. */
+/* Accepts the step h_s to t_new_s. The next step is `grow` times as long. If this step was
+ * shortened by a limit or a friction reversal (`last`), the next step has the length that was
+ * planned for this one. */
 void stepper_accept(struct stepper *stepper, double h_s, double t_new_s, bool last, double grow);
 /* Rejects the step. The next step has the size next_s. */
 void stepper_reject(struct stepper *stepper, double next_s);
