@@ -40,15 +40,15 @@ struct arguments {
     const char *elf, *can, *serial, *rig, *replay, *flash, *nor, *faults, *gdb, *vcd, *profile,
         *margins;
     bool board_given, trace;
-    unsigned parity;              /* index of the option's word */
-    unsigned speed;               /* 0: max, 1: real */
+    unsigned parity;              /* the parity, as index of its word in the option */
+    unsigned speed;               /* 0: max; 1: real */
     unsigned gdb_time;            /* 1: time continues while gdb holds the board */
     double for_s;                 /* 0: not given */
-    double stall_s, wall_limit_s; /* wall_limit_s 0: no limit; negative: not given */
+    double stall_s, wall_limit_s; /* wall_limit_s: 0: no limit; negative: not given */
     struct hil_options options;
 };
 
-/* Values in addition to enum hil_parity, in the order of the option's words. */
+/* Values in addition to those of enum hil_parity, in the order of the option's words. */
 enum { PARITY_AS_BOARD = 3, PARITY_NOT_GIVEN };
 
 #define refuse(...) (print_error(__VA_ARGS__), MR_USAGE)
@@ -104,7 +104,7 @@ static int parse_word(const char *text, const char *words)
     return -1;
 }
 
-/* Accepts stop, count, off, or a list of the rules that only count. */
+/* Accepts stop, count, off, or a list of rules whose violations are only counted. */
 static bool parse_rules(struct arguments *a, const char *text)
 {
     static const char some[] = "count:";
@@ -127,7 +127,7 @@ static bool parse_rules(struct arguments *a, const char *text)
     }
 }
 
-/* Temperature in degrees, optionally with degrees per hour after a comma. */
+/* Parses the temperature in degrees, optionally followed by a comma and degrees per hour. */
 static bool parse_temperature(struct arguments *a, const char *text)
 {
     double value[3] = {(double)NAN, 0.0, 0.0};
@@ -138,7 +138,7 @@ static bool parse_temperature(struct arguments *a, const char *text)
            fabs(value[1]) <= 1000.0;
 }
 
-/* HZ[,DELAY_MS[,JITTER_US]] */
+/* Parses HZ[,DELAY_MS[,JITTER_US]]. */
 static bool parse_camera(struct arguments *a, const char *text)
 {
     double value[3] = {0.0, 0.0, 0.0};
@@ -377,7 +377,7 @@ static bool set_option(struct arguments *a, const struct option *option, const c
     return true;
 }
 
-/* The image installed with the program: in the build directory, or where make install puts it. */
+/* Finds the image installed with the program: in the build or installation directory. */
 static bool find_image(const struct hil_board_type *type, const char **elf)
 {
     static const char *const places[] = {"firmware", "../share/matrig"};
@@ -459,7 +459,7 @@ static enum mr_status parse_arguments(struct arguments *a, int argc, char **argv
     return status == MR_OK ? check_arguments(a) : status;
 }
 
-/* Checks that depend on the board type. */
+/* Makes the checks that depend on the board type. */
 static enum mr_status check_board(const struct arguments *a)
 {
     if (a->options.is_boot0_high && !a->options.type->is_rom_on_serial)
@@ -471,7 +471,7 @@ static enum mr_status check_board(const struct arguments *a)
 
 /* ---- paths: refuse outputs that would overwrite a file in use ---- */
 
-/* The path of a link or file; NULL if it has none. */
+/* Returns the path of a link or file; NULL if it has none. */
 static const char *find_link_path(const char *text)
 {
     if (!text || strcmp(text, "none") == 0)
@@ -481,7 +481,7 @@ static const char *find_link_path(const char *text)
                                                                             : text;
 }
 
-/* True if two paths are the same file. Devices do not count. */
+/* True if two paths are the same file; always false for devices. */
 static bool is_same_file(const char *a, const char *b)
 {
     struct stat one, other;
@@ -494,8 +494,8 @@ static bool is_same_file(const char *a, const char *b)
 
 enum { FIRST_RECORD_PATH = 4, FIRST_MEMORY_PATH = 7, MEMORY_PATHS_END = 10, PATH_COUNT = 12 };
 
-/* Refuses an output file that is also an input or another output, unless it is a device. An output
- * must not replace a campaign or a program. */
+/* Refuses an output file that is also an input or another output, unless it is a device, and one
+ * that would replace a campaign or a program. */
 static enum mr_status check_paths(const struct arguments *a)
 {
     const struct {
@@ -530,12 +530,12 @@ static enum mr_status check_paths(const struct arguments *a)
 
 /* ---- a run ---- */
 
-/* added to the virtual duration of a run to get its limit of wall-clock time */
+/* wall-clock time limit of a run, in addition to its virtual duration, s */
 #define DEFAULT_WALL_LIMIT_S 600.0
 #define CONNECT_TIMEOUT_MS   30000
 /* virtual time between polls of the sockets, at full speed */
 #define SLICE_MAX_PS         (5ull * HIL_MS_PS)
-/* in real time: virtual time between waits for the wall clock, with a poll of the sockets each */
+/* in real time: virtual time between two waits for the wall clock and polls of the sockets */
 #define SLICE_REAL_PS        (1ull * HIL_MS_PS)
 #define HOST_AWAY_PS         (50ull * HIL_MS_PS)
 
@@ -589,7 +589,7 @@ static enum mr_status flush_links(struct session *session, int stall_ms)
 }
 
 /* At full speed, waits while no program has had the pty open for HOST_AWAY_PS, so that a program
- * can start or restart. False: the wait failed or was stopped. */
+ * can start or restart. Returns false if the wait failed or was stopped. */
 static bool is_host_present(struct session *session, uint64_t t_ps)
 {
     char error[256];
@@ -604,7 +604,7 @@ static bool is_host_present(struct session *session, uint64_t t_ps)
     return stop_request ? status == MR_OK : report_failure(status, error) == MR_OK;
 }
 
-/* Runs to t_ps or to the next hold by the debugger. */
+/* Runs until t_ps or until the debugger holds the board. */
 static enum mr_status run_until(struct session *session, uint64_t t_ps)
 {
     enum mr_status status = hil_board_run_until(session->board, t_ps);
@@ -626,8 +626,8 @@ static enum mr_status run_with_debugger(struct session *session, uint64_t t_ps)
             status = flushed;
         double held_s = hil_wall_clock_s();
         alive = hil_gdb_serve(&session->gdb, status, &stop_request);
-        /* time while gdb holds the board does not count for the pace; without gdb it is not
-         * measured, because rounding would add 80 ppm */
+        /* Measure the time for which gdb holds the board, which the pacing must ignore. Not without
+         * gdb: rounding would add an error of 80 ppm. */
         if (session->gdb.listener >= 0 && !session->gdb.is_time_running)
             session->pace.start_s += hil_wall_clock_s() - held_s;
         if (!alive)
@@ -658,7 +658,7 @@ static enum mr_status play_session(struct session *session, double duration_s)
         if (real)
             hil_pace_record(&session->pace, t_ps);
     }
-    /* At either speed, the last output may take up to the stall time. */
+    /* At full and at real speed, the last output may take up to the stall time. */
     enum mr_status flushed = flush_links(session, session->stall_ms);
     if (status == MR_OK && stop_request == HIL_STOP_BY_WALL_LIMIT) {
         print_error("the wall-clock limit ended the run at %.3f s of virtual time; for a longer "
@@ -706,7 +706,7 @@ static enum mr_status accept_hosts(struct session *session, char *error, size_t 
     return status;
 }
 
-/* Opens the links and waits for their hosts. MR_CLOSED: stopped while waiting. */
+/* Opens the links and waits for their hosts. MR_CLOSED: the program was stopped while waiting. */
 static enum mr_status open_session(struct session *session)
 {
     const struct arguments *a = session->a;
@@ -775,7 +775,7 @@ static enum mr_status load_memories(struct hil_board *board, const struct argume
     enum mr_status status = MR_OK;
     if (a->flash)
         status = hil_board_load_flash(board, a->flash);
-    /* the old content of the file need not be startable or for this board: the ELF replaces it */
+    /* errors in the file's old content do not matter here, because the ELF file replaces it */
     if (a->elf && (status == MR_OK || status == MR_HALTED || status == MR_VERSION))
         status = a->flash ? hil_board_program_elf(board, a->elf)
                           : hil_board_load_elf(board, a->elf);
@@ -811,7 +811,7 @@ static enum mr_status add_faults(const struct session *session)
     return status;
 }
 
-/* Limits the wall-clock time of a run of known duration, generously, in case it does not end. */
+/* Limits the wall-clock time of a run of known duration, in case it does not end. */
 static void start_wall_limit(const struct arguments *a, double duration_s)
 {
     double limit_s = a->wall_limit_s;
@@ -875,7 +875,7 @@ static enum mr_status close_records(struct session *session, const struct argume
     return status;
 }
 
-/* Sets up the board with memories, rig and faults, before power on. */
+/* Prepares the board before power on: memories, rig and faults. */
 static enum mr_status prepare_board(struct session *session)
 {
     const struct arguments *a = session->a;
@@ -952,8 +952,8 @@ static enum mr_status make_board(struct session *session, struct arguments *a)
     return status;
 }
 
-/* Opens missing standard streams: otherwise an output file could get descriptor 2 and receive the
- * messages. */
+/* Opens standard streams that are closed. Otherwise an output file could get descriptor 2, and
+ * messages would be written to it. */
 static void open_standard_streams(void)
 {
     for (int fd = 0; fd < 3; fd++) {

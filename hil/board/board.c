@@ -33,7 +33,7 @@ static void connect_core(struct hil_board *board)
     hil_clock_start(&core->state.clock, 16000000);
 }
 
-/* Pin changes are reported in this order: rig, chip, camera. */
+/* Pin changes are reported to the parts in this order: rig, chip, camera. */
 static void connect_pins(struct hil_board *board)
 {
     struct hil_core *core = &board->core;
@@ -166,7 +166,8 @@ static enum mr_status read_board_type(const uint8_t *flash, const struct hil_boa
 {
     struct mr_image image;
     enum mr_status status = mr_image_get(&image, flash);
-    if (status != MR_OK && status != MR_CRC) /* MR_CRC: damaged, but the header is readable */
+    /* MR_CRC: the image is damaged, but the header is readable */
+    if (status != MR_OK && status != MR_CRC)
         return MR_OK;
     const struct hil_board_type *found = hil_board_type_by_number(image.board);
     if (!found) {
@@ -222,8 +223,8 @@ static void scramble_ram(struct hil_board *board)
     hil_cpu_discard_code(&board->core);
 }
 
-/* Resets everything that the reset line reaches. Time, rig, script, counters and SRAM keep their
- * state. */
+/* Resets everything that is connected to the reset line. Time, rig, script, counters and SRAM keep
+ * their state. */
 static void reset_chip(struct hil_board *board, uint32_t csr_flags)
 {
     struct hil_core *core = &board->core;
@@ -256,7 +257,7 @@ void hil_board_reset(struct hil_board *board)
     handle_reset(board);
 }
 
-/* The jumper connects its pin to ground. */
+/* Fits the maintenance jumper, which connects its pin to ground. */
 static void fit_jumper(struct hil_board *board)
 {
     struct hil_pin_place at = board->options.type->jumper_pin;
@@ -266,7 +267,7 @@ static void fit_jumper(struct hil_board *board)
 struct hil_board *hil_board_create(const struct hil_options *options)
 {
     struct hil_board *board = hil_allocate(sizeof *board);
-    /* Zero-filled and page-aligned; untouched pages use no memory. */
+    /* zero-filled and page-aligned; pages that are never touched use no memory */
     board->memories = mmap(NULL, sizeof *board->memories, PROT_READ | PROT_WRITE,
                            MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (board->memories == MAP_FAILED)
@@ -281,8 +282,7 @@ struct hil_board *hil_board_create(const struct hil_options *options)
         board->state.mcu.adc[i].random_state = options->noise_seed * 0x2545f4914f6cdd1dull +
                                                i * 0x632be59bd9b4e019ull;
     hil_cpu_create(&board->core);
-    /* at rest, the one-shot and the buffers of camera, brake and wheel drive the capture pins
-     * low */
+    /* at rest, the one-shot and the outputs of camera, brake and wheel hold the capture pins low */
     for (unsigned i = 0; !options->has_no_rig && i < HIL_CAPTURE_CHANNELS; i++)
         hil_gpio_drive(&board->mcu.gpio, hil_capture_pins[i].port, hil_capture_pins[i].pin, false,
                        0);
@@ -323,8 +323,8 @@ static enum mr_status restart_board(struct hil_board *board)
     return board->core.is_stopped ? board->core.stop_status : MR_OK;
 }
 
-/* Checks that flash, loaded from this file, is for this board. MR_VERSION: it is for the board that
- * the reason names. */
+/* Checks that flash content loaded from this file is for this board. MR_VERSION: it is for another
+ * board, which the reason names. */
 static enum mr_status check_board_type(struct hil_board *board, const char *path)
 {
     const struct hil_board_type *type = board->options.type, *wanted = type;
@@ -363,7 +363,7 @@ static const char *find_function_name(void *context, uint32_t pc)
     return symbol ? symbol->name : NULL;
 }
 
-/* Sets the ELF with the function names for reports of rules; copies the path. */
+/* Sets the ELF file whose function names are used in reports of rules; copies the path. */
 static void set_symbol_file(struct hil_board *board, const char *elf)
 {
     hil_symbols_free(&board->symbols);
@@ -406,7 +406,7 @@ void hil_board_attach_replay(struct hil_board *board, const struct hil_replay *r
 static void advance_to_event(struct hil_core *core, uint64_t *counter)
 {
     struct hil_core_state *state = &core->state;
-    /* not later than the end of the run, which is an event, too */
+    /* at the latest the end of the run, which is an event too */
     uint64_t next = state->events.next_cycle;
     if (next > state->clock.now_cycle) {
         *counter += next - state->clock.now_cycle;
@@ -414,8 +414,8 @@ static void advance_to_event(struct hil_core *core, uint64_t *counter)
     }
 }
 
-/* True if the core waits for flash: for its next instruction, or for the vector of a due
- * exception. */
+/* True if the core waits for flash: for its next instruction, or for the vector of an exception
+ * that is due. */
 static bool is_waiting_for_flash(struct hil_core *core)
 {
     uint32_t pc = 0;
@@ -438,7 +438,8 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
     for (;;) {
         if (observers->debugger && observers->debugger->is_holding(observers->debugger_context))
             break;
-        if (state->cpu.is_stepping) { /* inside a block: no event is due before its end */
+        /* the core is inside a block, and no event is due before the end of the block */
+        if (state->cpu.is_stepping) {
             hil_cpu_run(core);
             continue;
         }
@@ -575,7 +576,8 @@ static enum mr_status write_file(struct hil_board *board, const char *path, cons
 {
     char resolved[PATH_MAX], beside[PATH_MAX];
     const char *told = path;
-    if (realpath(path, resolved)) /* replaces the target of a symbolic link, not the link */
+    /* if the path is a symbolic link, replace its target and not the link */
+    if (realpath(path, resolved))
         path = resolved;
     if ((size_t)snprintf(beside, sizeof beside, "%s.new", path) >= sizeof beside)
         return record_file_failure(board, MR_IO, told, "path too long; give a shorter one");

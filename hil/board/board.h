@@ -42,8 +42,8 @@
 
 /* `core.state`, `state`, the memories and the core's registers are the complete state of the
  * machine and contain no pointers: a snapshot is a copy of them. Connections of a board (callbacks,
- * rig, observers) are not part of a snapshot. Programs use only the functions of this header, and
- * the parts use the headers of their neighbours; hil/debug/ and tests access the members. */
+ * rig, observers) are not part of a snapshot. Programs must use only the functions of this header;
+ * only hil/debug/ and tests access the members. */
 struct hil_state {
     struct hil_mcu_state mcu;
     struct hil_w25q w25q;
@@ -130,7 +130,8 @@ enum mr_status hil_board_type_from_files(const char *elf, const char *flash,
                                          const struct hil_board_type **type, char *error,
                                          size_t size);
 
-/* Flash and NOR contents of a board as files, which keep them between runs of the program.
+/* Files with the flash and NOR contents of a board, which preserve them between runs of the
+ * program.
  *
  * A flash file is the 1 MiB from 0x08000000; the rest of a shorter file counts as erased. If the
  * option bytes differ from their factory values, their 16 bytes (as at 0x1FFFC000) follow. A NOR
@@ -145,8 +146,8 @@ enum mr_status hil_board_load_nor(struct hil_board *board, const char *path);
  * so the old file remains after a failure. MR_OK, MR_IO. */
 enum mr_status hil_board_save_flash(struct hil_board *board, const char *path);
 enum mr_status hil_board_save_nor(struct hil_board *board, const char *path);
-/* As hil_board_load_elf, but like a flash programmer: sectors that the ELF does not use keep their
- * content. */
+/* As hil_board_load_elf, but as a flash programmer does it: sectors that the ELF file does not use
+ * keep their content. */
 enum mr_status hil_board_program_elf(struct hil_board *board, const char *path);
 
 /* True for a file that must not be overwritten: a campaign (SQLite) or a program (ELF). */

@@ -32,13 +32,13 @@ struct hil_tmp112 {
     int32_t result_code;          /* result of the last conversion, in 0.0625 C */
     bool is_one_shot_done;        /* a conversion started by OS has ended */
     uint64_t conversion_begin_ps; /* start of the continuous or the single conversion */
-    uint64_t conversion_ps;       /* duration of a conversion */
+    uint64_t conversion_ps;       /* duration of each conversion */
     bool is_one_shot_running;     /* a single conversion is in progress */
     bool is_addressed;
-    unsigned byte_count; /* bytes since the chip was addressed */
+    unsigned byte_count; /* number of bytes since the chip was addressed */
     uint64_t random_state;
 
-    /* faults: hil/rig/faults.h */
+    /* set by faults: hil/rig/faults.h */
     bool is_dead;
     struct hil_i2c_bus_faults bus_faults;
 };

@@ -10,7 +10,7 @@
 #define STATUS_BUSY                  1u
 #define STATUS_WEL                   2u
 #define MANUFACTURER_ID              0xefu
-/* share of a hung operation's changes that are made before a reset */
+/* fraction of the changes that a hanging operation makes before a reset */
 #define HUNG_OPERATION_DONE_PERMILLE 500u
 /* The modelled commands (data sheet rev. F, 8.1.2). */
 enum command {
@@ -34,7 +34,7 @@ static bool is_bit_set(const uint8_t *bits, uint32_t n)
 static void put_cell(struct hil_w25q_device *dev, uint32_t address, uint8_t value)
 {
     uint32_t sector = address / HIL_NOR_SECTOR_BYTES;
-    /* stored inverted, so the pages of an erased chip use no memory */
+    /* cells are stored inverted, so that the pages of an erased chip use no memory */
     dev->inverted_cells[address] = (uint8_t)~value;
     dev->state->used_sectors[sector / 8u] |= (uint8_t)(1u << sector % 8u);
 }
@@ -91,7 +91,8 @@ static void on_operation_end(void *device, uint64_t at)
     end_operation_if_due(dev, hil_clock_ps_at_cycle(&dev->core->state.clock, at));
 }
 
-/* True if the fault script requests that this program or erase fails; uses up the request. */
+/* True if the fault script requests that this program or erase operation fails; counts down the
+ * request. */
 static bool take_failure_request(struct hil_w25q_device *dev, bool program)
 {
     struct hil_nor_fault_requests *orders = dev->fault_requests;
@@ -132,7 +133,8 @@ static void start_operation(struct hil_w25q_device *dev, uint64_t t_ps, uint32_t
 static void reset_chip(struct hil_w25q_device *dev, uint64_t t_ps)
 {
     struct hil_w25q *w = dev->state;
-    if (w->operation_command) /* data sheet 8.2.36: "data corruption may happen" */
+    /* a reset interrupts the operation (data sheet 8.2.36: "data corruption may happen") */
+    if (w->operation_command)
         end_operation(dev, w->operation_end_ps == HIL_NEVER
                                ? HUNG_OPERATION_DONE_PERMILLE
                                : (unsigned)((t_ps - w->operation_begin_ps) * 1000u /
@@ -141,7 +143,7 @@ static void reset_chip(struct hil_w25q_device *dev, uint64_t t_ps)
     w->is_powered_down = w->is_reset_enabled = false;
 }
 
-/* Chip select rises: executes the command shifted in. */
+/* Called when chip select rises: executes the command that was shifted in. */
 static void execute_command(struct hil_w25q_device *dev, uint64_t t_ps)
 {
     struct hil_w25q *w = dev->state;
@@ -155,7 +157,8 @@ static void execute_command(struct hil_w25q_device *dev, uint64_t t_ps)
             start_operation(dev, t_ps, w->address & ~(HIL_NOR_PAGE_BYTES - 1u), HIL_NOR_PAGE_BYTES,
                             700, 3000);
         break;
-    case COMMAND_ERASE_4K: /* executed only after exactly three address bytes */
+    /* an erase is executed only if exactly three address bytes were received */
+    case COMMAND_ERASE_4K:
         if (w->byte_count == 4)
             start_operation(dev, t_ps, w->address & ~(HIL_NOR_SECTOR_BYTES - 1u),
                             HIL_NOR_SECTOR_BYTES, 45000, 400000);
@@ -184,7 +187,8 @@ static bool is_command_accepted(const struct hil_w25q *w)
     return !w->is_powered_down || w->command == COMMAND_RELEASE;
 }
 
-/* Handles byte n (1: the first after the command) of a command with a three-byte address. */
+/* Handles byte n of a command with a three-byte address; n is 1 for the first byte after the
+ * command. */
 static uint8_t handle_addressed_byte(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
 {
     struct hil_w25q *w = dev->state;
@@ -198,7 +202,8 @@ static uint8_t handle_addressed_byte(struct hil_w25q_device *dev, uint32_t n, ui
         return get_cell(dev, address);
     }
     if (w->command == COMMAND_PAGE_PROGRAM) {
-        /* the address wraps within the page; of two bytes for one address the second counts */
+        /* the address wraps within the page; a later byte for the same address replaces the earlier
+         * one */
         uint32_t at = (w->address + w->page_byte_count++) % HIL_NOR_PAGE_BYTES;
         w->page_buffer[at] = in;
         w->page_mask[at / 8u] |= (uint8_t)(1u << at % 8u);
@@ -220,7 +225,8 @@ static uint8_t handle_byte(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
     }
 }
 
-/* True if the chip drives its output in byte n of a command (1: the first after the command). */
+/* True if the chip drives its output in byte n of a command; n is 1 for the first byte after the
+ * command. */
 static bool is_output_byte(uint8_t command, uint32_t n)
 {
     return command == COMMAND_READ_STATUS || command == COMMAND_JEDEC_ID ||
@@ -274,7 +280,7 @@ static void begin_command(void *device, uint64_t at)
     apply_fault_requests(dev);
 }
 
-/* Returns the rule for the pause that must follow a command; HIL_RULE_COUNT: none. */
+/* Returns the rule for the pause that must follow a command; HIL_RULE_COUNT: no rule. */
 static enum hil_rule get_pause_rule(uint8_t command)
 {
     return command == COMMAND_RELEASE    ? HIL_RULE_RELEASE
@@ -283,8 +289,8 @@ static enum hil_rule get_pause_rule(uint8_t command)
                                          : HIL_RULE_COUNT;
 }
 
-/* Checks the rules of the W25Q128JV (hil/periph/rules.def) when a command's first byte is known:
- * the rules for its select depend on the command. */
+/* Checks the rules of the W25Q128JV (hil/periph/rules.def) when the first byte of a command is
+ * known, because the rules for the select line depend on the command. */
 static void check_command_rules(struct hil_rules_device *rules, const struct hil_w25q_times *past,
                                 uint8_t command, double clock_period_ns)
 {
@@ -360,7 +366,7 @@ void hil_w25q_power_on(struct hil_w25q_device *dev)
 {
     dev->state->times.previous_command = dev->state->times.pause_command = 0;
     dev->state->times.power_on_ps = hil_now_ps(dev->core) +
-                                    1u; /* plus 1, because 0 means unknown */
+                                    1u; /* stored plus 1, because 0 means unknown */
 }
 
 void hil_w25q_create(struct hil_w25q_device *dev)

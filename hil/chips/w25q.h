@@ -22,7 +22,7 @@
 
 struct hil_rules_device;
 
-/* Earlier events; the rules check the time from them to the next command. */
+/* Times of earlier events, from which the rules measure the time to the next command. */
 struct hil_w25q_times {
     uint8_t previous_command; /* previous command; 0: none since power on */
     uint8_t pause_command;    /* executed command that must be followed by a pause; 0: none */
@@ -39,34 +39,36 @@ struct hil_options;
 struct hil_w25q {
     uint8_t status;
     bool is_powered_down, is_reset_enabled;
-    /* the command being shifted in */
+    /* state of the command being shifted in */
     bool is_selected;
     uint8_t command;
     bool has_driven_output; /* the chip drove its output in the last byte */
     struct hil_w25q_times times;
-    uint32_t byte_count; /* bytes since the chip was selected */
+    uint32_t byte_count; /* number of bytes since the chip was selected */
     uint32_t address;
     uint8_t page_buffer[HIL_NOR_PAGE_BYTES];
-    uint8_t page_mask[HIL_NOR_PAGE_BYTES / 8u]; /* bit mask of the bytes shifted in */
+    /* bit mask of the bytes of the page that were shifted in */
+    uint8_t page_mask[HIL_NOR_PAGE_BYTES / 8u];
     uint32_t page_byte_count;
-    /* the operation in progress */
-    uint8_t operation_command;                     /* its command; 0: none */
-    uint32_t first_cell, cell_count;               /* cells being changed */
-    uint64_t operation_begin_ps, operation_end_ps; /* end HIL_NEVER: until a reset */
+    /* the program or erase in progress */
+    uint8_t operation_command;       /* its command; 0: none */
+    uint32_t first_cell, cell_count; /* cells being changed */
+    /* operation_end_ps HIL_NEVER: the operation lasts until a reset */
+    uint64_t operation_begin_ps, operation_end_ps;
     /* totals */
-    uint64_t operation_count; /* programs and erases begun since creation */
+    uint64_t operation_count; /* number of programs and erases begun since creation */
     uint64_t random_state;
-    /* Set by the fault script. is_dead: the chip does not respond; is_always_busy: also after a
-     * reset; is_operation_failing: the operation in progress changes nothing. */
+    /* Set by the fault script. is_dead: the chip does not respond; is_always_busy: the chip is
+     * busy, even after a reset; is_operation_failing: the operation in progress changes nothing. */
     bool is_dead, is_always_busy, is_operation_failing;
     /* sectors that may contain bytes other than 0xff */
     uint8_t used_sectors[HIL_NOR_SIZE / HIL_NOR_SECTOR_BYTES / 8u];
 };
 
-/* Requests of a fault script to the chip. The chip executes and clears `is_fill_requested`, and
- * decrements the counts with each failure. */
+/* Requests of a fault script to the chip. The chip executes and then clears `is_fill_requested`; it
+ * decrements a count at each failure. */
 struct hil_nor_fault_requests {
-    /* the chip does not drive its output: all reads give ones, and commands have no effect */
+    /* the chip does not drive its output, so reads give ones, and ignores commands */
     bool is_dead;
     bool is_always_busy;            /* always busy, also after its reset command */
     bool is_fill_requested;         /* program every byte with zeroes */
@@ -86,10 +88,10 @@ struct hil_w25q_device {
     const struct hil_spi_device *spi;
     uint8_t
         *inverted_cells; /* HIL_NOR_SIZE bytes, inverted, so that an erased chip needs no memory */
-    struct hil_call on_operation_begin; /* a program or erase has begun */
+    struct hil_call on_operation_begin; /* called when a program or erase has begun */
 };
 
-/* Initialises events and state. Afterwards connect the result of hil_w25q_slave. */
+/* Initialises events and state. Connect the result of hil_w25q_slave afterwards. */
 void hil_w25q_create(struct hil_w25q_device *dev);
 struct hil_spi_slave hil_w25q_slave(struct hil_w25q_device *dev);
 void hil_w25q_power_off(struct hil_w25q_device *dev);

@@ -90,7 +90,7 @@ void hil_clock_start(struct hil_clock *clock, uint32_t hclk_hz)
 
 uint64_t hil_clock_ps_at_cycle(const struct hil_clock *clock, uint64_t cycle)
 {
-    /* in the cycles just before a change of HCLK, the new HCLK applies */
+    /* just before a change of HCLK, the new frequency already applies to the last cycles */
     if (cycle < clock->anchor_cycle)
         return clock->anchor_ps -
                (uint64_t)((uint128)(clock->anchor_cycle - cycle) * HIL_SECOND_PS / clock->hclk_hz);
@@ -153,8 +153,8 @@ void hil_core_create(struct hil_core *core)
 }
 
 /* Finds the earliest event. The search key has the cycle in its upper bits and the slot in its
- * lower bits, so of two events at the same cycle the lower slot is first. Several independent
- * chains of minima are faster than one. */
+ * lower bits, so of two events at the same cycle the lower slot is first. The search uses several
+ * independent minima, which is faster than one. */
 #define EVENT_SLOT_BITS 5u
 _Static_assert(HIL_EVENT_SLOTS <= 1u << EVENT_SLOT_BITS, "slots in their bits");
 
@@ -164,7 +164,7 @@ static void find_next_event(struct hil_core *core)
     uint64_t least[HIL_EVENT_SEARCH_CHAINS] = {HIL_NEVER, HIL_NEVER, HIL_NEVER, HIL_NEVER};
 #pragma GCC unroll 28
     for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++) {
-        /* 59 bits hold the cycles of a hundred years */
+        /* 59 bits are enough for the cycles of a hundred years */
         uint64_t key = events->due_cycle[i] << EVENT_SLOT_BITS | i;
         least[i % HIL_EVENT_SEARCH_CHAINS] = key < least[i % HIL_EVENT_SEARCH_CHAINS]
                                                ? key
@@ -188,7 +188,7 @@ static void set_event_time(struct hil_core *core, enum hil_event_slot slot, uint
     uint64_t before = events->due_cycle[slot];
     events->due_cycle[slot] = cycle;
     events->due_ps[slot] = t_ps;
-    /* the moved event may have been the earliest */
+    /* search again, because the moved event may have been the earliest */
     if (before == events->next_cycle && cycle > before) {
         find_next_event(core);
     } else if (cycle < events->next_cycle ||
@@ -230,9 +230,9 @@ void hil_event_handle_due(struct hil_core *core)
         uint64_t at = events->due_cycle[slot];
         events->due_cycle[slot] = HIL_NEVER;
         events->due_ps[slot] = HIL_NEVER;
-        events->next_cycle = HIL_NEVER; /* no event until the handler has set new ones */
+        events->next_cycle = HIL_NEVER; /* no event is due until the handler has set new ones */
         core->event_handler[slot].handler(core->event_handler[slot].device, at);
-        /* the end of a partial run must not appear in a trace */
+        /* not in a trace: the end of a part of a run must leave no mark there */
         if (observers->tracer && slot != HIL_EVENT_RUN_END)
             observers->tracer->sample_signals(observers->tracer_context, at);
         find_next_event(core);
@@ -255,7 +255,7 @@ void hil_core_skip_to_event(struct hil_core *core)
 {
     struct hil_clock *clock = &core->state.clock;
     struct hil_events *events = &core->state.events;
-    /* the end of the run is always in the queue, so a time is found */
+    /* always finds a time, because the end of the run is in the queue */
     uint64_t next_ps = HIL_NEVER;
     for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++) {
         if (events->due_ps[i] < next_ps)
@@ -340,7 +340,7 @@ unsigned hil_count_instructions(const struct hil_core *core, uint32_t from, uint
     const uint8_t *code = from < to ? hil_memory_at(core, from, to - from, false) : NULL;
     unsigned n = 0;
     for (uint32_t i = 0; code && i < to - from; n++)
-        i += code[i + 1] >= 0xe8u ? 4 : 2; /* 4 bytes: see ARMv7-M A5.1 */
+        i += code[i + 1] >= 0xe8u ? 4 : 2; /* an instruction of 4 bytes: ARMv7-M A5.1 */
     return n;
 }
 
@@ -375,7 +375,7 @@ bool hil_is_transfer_unaligned(const struct hil_core *core, uint32_t pc)
     bool fp = (second >> 8 & 0xeu) == 0xau;
     bool multiple = (first & 0xfe40u) == 0xe800u ||                /* LDM, STM */
                     ((first & 0xfe40u) == 0xe840u &&               /* LDRD, STRD; exclusives */
-                     ((first & 0x0120u) || !(first & 0x0080u))) || /* of words */
+                     ((first & 0x0120u) || !(first & 0x0080u))) || /* offset in words */
                     (fp && (first & 0xfe00u) == 0xec00u && (first & 0x01e0u) != 0x0040u) ||
                     (fp && (first & 0xff20u) == 0xed00u);
     unsigned base = first & 15u;
@@ -394,7 +394,7 @@ struct hil_moment hil_access_moment(const struct hil_core *core)
     struct hil_instruction place;
     if (!hil_translator_find_instruction(&core->engine.translator, core->bus.access.address,
                                          &place) ||
-        /* an access from the boot ROM: its instructions are not decoded */
+        /* the boot ROM made the access: its instructions are not decoded */
         !hil_memory_at(core, place.pc, 2, false))
         return (struct hil_moment){0};
     uint64_t parts = (uint64_t)hil_count_instructions(core, core->state.cpu.block_address,

@@ -2,8 +2,8 @@
  * that every peripheral uses.
  *
  * `struct hil_core_state` contains no pointers. With the memories and the core's registers (cpu.h)
- * it is the complete state of the processor, and a copy of it is a snapshot. Connections of the
- * core are kept outside of it.
+ * it is the complete state of the processor, and a copy of it is a snapshot. Pointers to other
+ * parts are kept outside of it.
  *
  * Dependencies: peripherals, chips, rig and board include this header; nothing in hil/core/
  * includes theirs. The core reports to them through call-backs that they connect. */
@@ -37,11 +37,12 @@ struct hil_peripheral {
     uint32_t (*read)(void *device, unsigned unit, uint32_t offset);
     void (*write)(void *device, unsigned unit, uint32_t offset, uint32_t value);
     bool allows_narrow_writes; /* true if byte and halfword writes are modelled */
-    /* The bits of the register that a narrow write does not change. NULL: none are needed, because
-     * writing 0 has no effect or the register is no wider. */
+    /* Returns the bits of the register that a narrow write does not change. NULL: not needed,
+     * because writing 0 has no effect or the register is as narrow as the write. */
     uint32_t (*unchanged_bits)(void *device, unsigned unit, uint32_t offset);
     void *device;
-    /* the clock is on while a bit of clock_mask is set here; NULL: always on */
+    /* the clock is on while a bit of clock_mask is set in this word; NULL: the clock is always
+     * on */
     const uint32_t *clock_enables;
     uint32_t clock_mask;
 };
@@ -72,9 +73,9 @@ struct hil_bus {
     unsigned peripheral_count;
     struct hil_peripheral peripheral[HIL_PERIPHERALS_MAX];
     uint8_t page_peripheral[HIL_BUS_PAGES];
-    /* register set of each peripheral */
+    /* table of the registers of each peripheral */
     const struct hil_register_set *registers_of[HIL_PERIPHERALS_MAX];
-    /* by peripheral and word; NULL: not looked up yet, or no register */
+    /* registers by peripheral and word; NULL: not looked up yet, or no such register */
     const struct hil_register *register_at[HIL_PERIPHERALS_MAX][HIL_REGISTER_WORDS];
 };
 
@@ -92,13 +93,13 @@ static inline const struct hil_peripheral *hil_peripheral_at(const struct hil_bu
 /* Observers while the core runs: debugger, trace and profiler (hil/debug/). The core knows them
  * only by these calls. An observer whose calls are NULL is not attached.
  *
- * Observers do not change the behaviour of a board: a debugger stops virtual time, the others only
- * observe. */
+ * Observers do not change the behaviour of a board; a debugger stops virtual time while it holds
+ * the board. */
 struct hil_debugger_calls {
     bool (*is_holding)(const void *context);
-    /* true if a watchpoint was hit; the board is then held at the end of the block */
+    /* returns true if a watchpoint was hit; the board is then held at the end of the block */
     bool (*has_hit_watchpoint)(void *context);
-    /* the firmware has executed BKPT */
+    /* called when the firmware has executed BKPT */
     void (*handle_bkpt)(void *context);
     /* returns true if the block must be executed instruction by instruction */
     bool (*must_step_block)(const void *context, uint32_t address, uint32_t size);
@@ -107,13 +108,14 @@ struct hil_debugger_calls {
 };
 
 struct hil_tracer_calls {
-    /* signals may have changed at this cycle */
+    /* called when signals may have changed at this cycle */
     void (*sample_signals)(void *context, uint64_t at);
-    void (*on_exception_change)(void *context); /* the core changes to a different exception */
+    /* called when the core changes to a different exception */
+    void (*on_exception_change)(void *context);
 };
 
 struct hil_profiler_calls {
-    /* this number of instructions of the block has been executed */
+    /* called when this number of instructions of the block has been executed */
     void (*count_instructions)(void *context, uint32_t address, uint32_t size,
                                uint32_t instructions);
 };
@@ -152,23 +154,24 @@ struct hil_region {
     uint32_t base;
 };
 
-/* Interface state between the core and Unicorn. Its members can be recomputed, or are used only
- * until the next call of Unicorn, so they are not part of a snapshot. */
+/* Interface state between the core and Unicorn. It is not part of a snapshot, because its members
+ * can be recomputed or are used only until the next call of Unicorn. */
 struct hil_cpu_engine {
     struct hil_translator translator;
     struct hil_whatif *whatif; /* NULL: not needed yet */
-    /* 0: off; 1: Unicorn is to execute a single instruction; 2: it executes this instruction */
+    /* 0: off; 1: Unicorn is about to execute a single instruction; 2: it is executing it */
     unsigned single_step_state;
     /* Results of the core's hooks for the main loop. */
     int return_reason;
     uint32_t return_interrupt;
     uint32_t bad_address, bad_size;
-    struct hil_instruction bad_instruction; /* instruction that made the bad access */
+    /* instruction that made the access that Unicorn rejected */
+    struct hil_instruction bad_instruction;
     bool has_left_block; /* the run was stopped by an access, and the core is at that instruction */
-    /* bytes of an unaligned store to flash that are still to be stored one by one */
+    /* number of bytes of an unaligned store to flash that Unicorn will still report one by one */
     unsigned split_store_bytes_left;
     bool is_rom_at_zero;              /* present mapping of the core's address space */
-    bool are_flash_reads_intercepted; /* reads of flash by the core are intercepted */
+    bool are_flash_reads_intercepted; /* reads of flash by the core call a hook */
     bool is_checking_loads;           /* loads are checked for stuck cells (cpu.h) */
     struct hil_block_info blocks[HIL_BLOCK_CACHE_SIZE];
     struct hil_region regions[HIL_REGION_COUNT];
@@ -200,7 +203,7 @@ static inline void *hil_allocate(size_t size)
 /* A requested reset of the chip that has not been executed yet. */
 struct hil_reset {
     bool is_requested;
-    bool has_lost_power; /* the reset is caused by the return of the supply */
+    bool has_lost_power; /* the reset ends a period without supply */
     uint32_t csr_flags;  /* flags for RCC_CSR */
     uint64_t end_ps;     /* time at which the reset ends */
 };
@@ -248,7 +251,7 @@ __attribute__((format(printf, 3, 4))) void hil_core_stop(struct hil_core *core,
                                                          ...);
 /* Resets the chip as soon as possible; `flags` are added to RCC_CSR. */
 void hil_core_request_reset(struct hil_core *core, uint32_t flags);
-/* Makes the core check for events at the next basic block. May be called from anywhere. */
+/* Makes the core check for events at the next basic block. Any part may call it. */
 static inline void hil_core_request_check(struct hil_core *core)
 {
     core->next_check_cycle = 0;
@@ -332,11 +335,13 @@ uint32_t hil_cpu_register(const struct hil_core *core, unsigned number);
  * relies on a function that is not modelled. */
 
 struct hil_register {
-    uint16_t offset;      /* offset of the first register */
-    uint8_t count;        /* number of identical registers */
-    uint8_t stride;       /* distance between them in bytes */
-    char access;          /* 'b' both, 'r' read-only, 'w' write-only */
-    bool allows_reserved; /* reserved bits may have any value in writes: flags cleared by 0, keys */
+    uint16_t offset; /* offset of the first register */
+    uint8_t count;   /* number of such registers in a row, at distance `stride` */
+    uint8_t stride;  /* distance between these registers in bytes */
+    char access;     /* 'b' both, 'r' read-only, 'w' write-only */
+    /* writes may contain any value in reserved bits: in registers whose flags are cleared by
+     * writing 0, and for keys */
+    bool allows_reserved;
     const char *name;
     uint32_t reset;
     uint32_t plain_bits;  /* bits that read back as written */
@@ -365,8 +370,8 @@ const char *hil_register_refusal(const struct hil_register *r, uint32_t value);
  * register. */
 void hil_registers_reset(uint32_t base, uint32_t offset, uint32_t *word, size_t count);
 
-/* The access in progress: the instruction of the running block that makes it, its time, and its
- * refusal.
+/* Functions about the bus access in progress: the instruction of the running block that makes it,
+ * its time, and how to refuse it.
  *
  * All other parts of the emulator use the time at the start of a basic block. The time of an access
  * is that of its instruction: the start of the block plus one cycle (hil_options.cpi) for every
@@ -389,10 +394,10 @@ uint32_t hil_access_pc(const struct hil_core *core);
  * the access is not made by an instruction of the firmware but by a debugger, DMA or the boot
  * ROM. */
 struct hil_moment hil_access_moment(const struct hil_core *core);
-/* Time stamp of an event in hardware at a cycle, without a PC. */
+/* Returns the time stamp of an event in hardware at a cycle; its PC is 0. */
 struct hil_moment hil_moment_at_cycle(const struct hil_core *core, uint64_t cycle);
 
-/* Refusals: an access that is not modelled stops the run with a message. */
+/* Refusals: functions that stop the run because an access is not modelled. */
 
 /* Stops the run because the firmware uses a function that the emulated peripheral lacks; `what`
  * describes it: "TIM4: centre-aligned mode". Returns 0, which a read can return. */
@@ -422,8 +427,8 @@ void hil_event_handle_due(struct hil_core *core);
 
 /* Changes HCLK to hclk_hz now. */
 void hil_core_set_hclk(struct hil_core *core, uint32_t hclk_hz);
-/* Without a clock: advances physical time to the next event in physical time, while cycles stand
- * still. */
+/* Used while there is no clock: advances physical time to the next event that has a physical time;
+ * the cycle count does not change. */
 void hil_core_skip_to_event(struct hil_core *core);
 
 #endif

@@ -19,9 +19,8 @@ __asm__(".section .rodata\n"
 
 /* --- the address space --- */
 
-/* Maps memory that stores do not change. The protection must be changed after mapping: only then
- * does Unicorn discard a store that the memory hook has handled; otherwise Unicorn would execute
- * the store. */
+/* Maps memory that stores do not change directly. The protection must be set after mapping;
+ * otherwise Unicorn would execute a store that the memory hook has already handled. */
 static void map_read_only(struct hil_core *core, uint32_t base, uint32_t size, const uint8_t *bytes,
                           bool readable)
 {
@@ -32,7 +31,7 @@ static void map_read_only(struct hil_core *core, uint32_t base, uint32_t size, c
     uc_check(uc_mem_protect(core->uc, base, size, protection), "protecting flash or ROM");
 }
 
-/* Maps address 0 to flash or, if BOOT0 selected the boot ROM, to the ROM. */
+/* Maps address 0 to flash or, if `rom`, to the boot ROM. */
 static void map_address_zero(struct hil_core *core, bool rom, bool readable)
 {
     core->engine.is_rom_at_zero = rom;
@@ -48,9 +47,9 @@ static void unmap_address_zero(struct hil_core *core)
              "unmapping address 0");
 }
 
-/* Makes reads of flash call the memory hook: during an erase, because reads must wait, and
- * afterwards while the data cache may hold old content. Only a new mapping empties the core's
- * address cache; a mapping takes a millisecond, too long for each word. */
+/* Makes reads of flash call the memory hook: during an erase, because reads must wait, and after it
+ * while the data cache may hold old content. This needs a new mapping, because only that empties
+ * Unicorn's address cache. It takes a millisecond, so it is not done for each programmed word. */
 static void intercept_flash_reads(struct hil_core *core, bool guarded)
 {
     if (core->engine.are_flash_reads_intercepted == guarded)
@@ -84,7 +83,7 @@ static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address,
     struct hil_core *core = user;
     (void)uc;
     if (type == UC_MEM_WRITE_PROT && is_flash_address(core, (uint32_t)address)) {
-        /* the flash controller changes the content, not the store itself */
+        /* the store itself changes nothing: the flash controller does */
         if (core->engine.split_store_bytes_left) {
             core->engine.split_store_bytes_left--;
             return true;
@@ -131,9 +130,9 @@ static void on_mmio_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_
 /* Maps the whole address space; aborts if Unicorn cannot. */
 static void map_memories(struct hil_core *core)
 {
-    /* Address ranges with loads and stores but without memory (RM0090 2.3, ARMv7-M B3.1). Between
-     * the option bytes and SRAM is reserved space: a bus fault, which is also the result of a stack
-     * overflow. */
+    /* Address ranges without memory in which loads and stores go to the bus (RM0090 2.3, ARMv7-M
+     * B3.1). The space between the option bytes and SRAM is not listed: an access there is a bus
+     * fault, for example after a stack overflow. */
     static const struct {
         uint32_t base, size;
     } ranges[HIL_REGION_COUNT] = {
@@ -187,7 +186,7 @@ enum {
 #define OPCODE_WFE      0xbf20u
 #define OPCODE_WFI      0xbf30u
 #define OPCODE_SEV      0xbf40u
-#define MAX_BLOCK_BYTES 4096u /* Unicorn's blocks do not cross a page */
+#define MAX_BLOCK_BYTES 4096u /* Unicorn's blocks do not extend beyond a page */
 
 static uint16_t read_halfword(const uint8_t *p)
 {
@@ -216,8 +215,8 @@ static bool is_division_opcode(uint16_t first)
     return (first & 0xffd0u) == 0xfb90u;
 }
 
-/* True if a block with these flags must run instruction by instruction, for faults that Unicorn
- * does not emulate. */
+/* True if a block with these flags must run instruction by instruction, because it may cause faults
+ * that Unicorn does not emulate. */
 static bool can_block_fault(const struct hil_core *core, unsigned flags)
 {
     return ((flags & HIL_BLOCK_HAS_FP) && is_fpu_disabled(core)) ||
@@ -298,7 +297,7 @@ static bool is_stop_due(struct hil_core *core, uint32_t address)
     if (nvic->next_exception && nvic->next_group_priority < nvic->active_group_priority) {
         if (hil_exception_next(core))
             return true;
-        /* the exception is masked: check at each block whether it still is */
+        /* the exception is masked: check again at each block */
         core->next_check_cycle = 0;
     }
     return false;
@@ -310,7 +309,7 @@ static __attribute__((noinline)) void handle_block(uc_engine *uc, uint64_t addre
     const struct hil_observers *observers = &core->observers;
     struct hil_core_state *state = &core->state;
     if (core->engine.single_step_state) {
-        /* the first call is for the single instruction itself; stop at the next one */
+        /* the first call is for the single instruction itself, so stop at the second */
         if (core->engine.single_step_state++ > 1)
             uc_emu_stop(uc);
         return;
@@ -339,7 +338,7 @@ static __attribute__((noinline)) void handle_block(uc_engine *uc, uint64_t addre
     }
 }
 
-/* Runs for every block; nearly all blocks only need to be counted. */
+/* Called at the start of every block. Nearly all blocks only have to be counted. */
 static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
 {
     struct hil_core *core = user;
@@ -364,7 +363,8 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
     state->cpu.block_instruction_count = info->instruction_count;
 }
 
-/* Stops at a transfer that may fault: the block then continues instruction by instruction. */
+/* Stops at a transfer that may fault; the rest of the block is then executed instruction by
+ * instruction. */
 static void on_checked_transfer(uc_engine *uc, uint64_t at, uint32_t size, void *user)
 {
     struct hil_core *core = user;
@@ -394,7 +394,8 @@ void hil_cpu_create(struct hil_core *core)
     uc_check(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &core->uc), "open");
     uc_check(uc_ctl_set_cpu_model(core->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
     map_memories(core);
-    /* the first translation gives the translator its reference to Unicorn's processor */
+    /* select the translator first: during the first translation it obtains its reference to
+     * Unicorn's processor */
     struct hil_translator *before = hil_translator_select(&core->engine.translator);
     uc_ctl_remove_cache(core->uc, HIL_FLASH_BASE, HIL_FLASH_BASE + 2u);
     hil_translator_select(before);
@@ -420,7 +421,8 @@ void hil_cpu_destroy(struct hil_core *core)
 void hil_cpu_discard_code(struct hil_core *core)
 {
     memset(core->engine.blocks, 0, sizeof core->engine.blocks);
-    hil_whatif_destroy(core); /* whatif uses translations and results of the old code */
+    /* discard this, because it holds translations and results of the old code */
+    hil_whatif_destroy(core);
     if (!core->engine.is_rom_at_zero)
         uc_ctl_remove_cache(core->uc, 0x00000000u, HIL_FLASH_SIZE);
     uc_ctl_remove_cache(core->uc, HIL_FLASH_BASE, HIL_FLASH_BASE + HIL_FLASH_SIZE);
@@ -433,8 +435,8 @@ void hil_cpu_discard_range(struct hil_core *core, uint32_t address, uint32_t n)
         hil_cpu_discard_code(core);
         return;
     }
-    /* A block that contains a changed byte begins at most MAX_BLOCK_BYTES ahead of the byte. Flash
-     * at 0 and at 0x08000000 has the same cache entries. */
+    /* A block that contains a changed byte begins at most MAX_BLOCK_BYTES before it. Flash at 0 and
+     * at 0x08000000 share their cache entries. */
     for (uint32_t back = 0; back < n + MAX_BLOCK_BYTES; back += 2)
         core->engine.blocks[(address + n - 1u - back) >> 1 & (HIL_BLOCK_CACHE_SIZE - 1)].address =
             UINT32_MAX;
@@ -453,8 +455,8 @@ static uint32_t extract_itstate(uint32_t xpsr)
     return (xpsr >> 25 & 3u) | (xpsr >> 8 & 0xfcu);
 }
 
-/* Sets ITSTATE to its value before the faulting instruction, because the exception frame stores
- * it. */
+/* Sets ITSTATE to its value before the faulting instruction, because the exception frame must
+ * contain that value. */
 static void set_itstate(struct hil_core *core, uint32_t itstate)
 {
     uint32_t xpsr = hil_cpu_register(core, REGISTER_XPSR);
@@ -469,7 +471,7 @@ static uint32_t read_pc(const struct hil_core *core)
     return pc;
 }
 
-/* Raises a fault of the instruction at `pc`, after the instructions of the block before it were
+/* Raises a fault of the instruction at `pc`. The instructions before it in the block must have been
  * counted. */
 static void raise_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address)
 {
@@ -479,8 +481,8 @@ static void raise_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint3
     hil_exception_fault(core, cfsr, pc, address);
 }
 
-/* Handles an instruction that Unicorn does not execute: an undefined one, or WFE or YIELD, which PC
- * has already passed. */
+/* Handles an instruction that Unicorn does not execute: an undefined instruction, or WFE or YIELD;
+ * for the latter, PC is already after it. */
 static void handle_invalid_instruction(struct hil_core *core)
 {
     uint32_t pc = read_pc(core) & ~1u;
@@ -495,7 +497,8 @@ static void handle_invalid_instruction(struct hil_core *core)
     }
     const uint8_t *code = hil_memory_at(core, pc, 4, false);
     uint16_t first = code ? read_halfword(code) : 0;
-    /* An absent coprocessor; erased flash (0xffff) decodes as one (ARMv7-M A5.3.18). */
+    /* an instruction for an absent coprocessor; erased flash (0xffff) decodes as one (ARMv7-M
+     * A5.3.18) */
     bool coprocessor = (first & 0xec00u) == 0xec00u && code &&
                        !is_fp_opcode(first, read_halfword(code + 2));
     bool thumb = (hil_cpu_register(core, REGISTER_XPSR) & XPSR_T) != 0;
@@ -534,8 +537,8 @@ static uc_err run_unicorn(struct hil_core *core, uint32_t pc, uint32_t until)
     return err;
 }
 
-/* Handles Unicorn's return at the end of a block or inside it. `slept`: without any other reason,
- * the core has executed WFI. */
+/* Handles Unicorn's return at the end of a block or inside it. `slept`: if there is no other reason
+ * for the return, the core has executed WFI. */
 static void handle_unicorn_return(struct hil_core *core, uc_err err, bool slept)
 {
     switch (err) {
@@ -565,7 +568,7 @@ static void handle_unicorn_return(struct hil_core *core, uc_err err, bool slept)
     switch (core->engine.return_reason) {
     case RETURNED_EXC_RETURN: hil_exception_return(core, read_pc(core) | 1u); break;
     case RETURNED_SVC: hil_exception_svc(core, read_pc(core)); break;
-    case RETURNED_NO_CODE: /* code cannot be at this address (ARMv7-M B3.1) */
+    case RETURNED_NO_CODE: /* code cannot be executed at this address (ARMv7-M B3.1) */
         hil_exception_fault(core, HIL_CFSR_IACCVIOL, read_pc(core) & ~1u, 0);
         break;
     case RETURNED_BKPT:
@@ -597,8 +600,8 @@ static void discard_block(struct hil_core *core)
              "forgetting a block");
 }
 
-/* CFSR of the fault of the instruction at `pc` that Unicorn does not emulate, if its condition
- * holds; 0: no fault. */
+/* Returns the CFSR bits if the instruction at `pc` causes a fault that Unicorn does not emulate; 0:
+ * no fault. */
 static uint32_t find_unemulated_fault(const struct hil_core *core, uint32_t pc)
 {
     uint32_t xpsr = hil_cpu_register(core, REGISTER_XPSR);
@@ -616,8 +619,8 @@ static uint32_t find_unemulated_fault(const struct hil_core *core, uint32_t pc)
 }
 
 /* Runs the block instruction by instruction, from the present one to its end or to a hold by the
- * debugger. Blocks translated for single instructions must be discarded, or the run would use
- * them. */
+ * debugger. The blocks translated for single instructions are discarded afterwards, because normal
+ * execution would use them. */
 static void run_by_instruction(struct hil_core *core)
 {
     struct hil_cpu *cpu = &core->state.cpu;
@@ -783,7 +786,7 @@ void hil_stuck_bits_enable(struct hil_core *core)
     core->engine.is_checking_loads =
         uc_hook_add(core->uc, &hook, UC_HOOK_MEM_READ, (void *)(uintptr_t)on_checked_load, core,
                     HIL_CCM_BASE, HIL_SRAM_BASE + HIL_SRAM_SIZE - 1u) == UC_ERR_OK;
-    hil_cpu_discard_code(core); /* code that was translated earlier has no load hook */
+    hil_cpu_discard_code(core); /* discard code that was translated without the load hook */
 }
 
 bool hil_stuck_bit_add(struct hil_core *core, uint32_t address, unsigned bit, bool level)

@@ -1,6 +1,6 @@
-/* The Cortex-M4F core: Unicorn runs the instructions; this module counts them, keeps virtual time
- * and stops where an exception is due. Exceptions and the system control space are modelled here,
- * not in Unicorn. */
+/* The Cortex-M4F core. Unicorn executes the instructions; this module counts them, maintains
+ * virtual time and stops Unicorn where an exception is due. Exceptions and the system control space
+ * are modelled here, not in Unicorn. */
 #ifndef MATRIG_HIL_CPU_H
 #define MATRIG_HIL_CPU_H
 
@@ -21,9 +21,9 @@ void hil_cpu_discard_code(struct hil_core *core);
 void hil_cpu_discard_range(struct hil_core *core, uint32_t address, uint32_t n);
 /* Runs instructions until an event, an exception or a stop is due. */
 void hil_cpu_run(struct hil_core *core);
-/* Call from Unicorn's hook of an access: the block is executed instruction by instruction from the
- * one that makes the access, which is then repeated as a single instruction. Returns if the access
- * is already made this way. */
+/* Call from Unicorn's hook of an access. Leaves the block; the instruction that makes the access is
+ * then repeated as a single instruction, and the rest of the block is executed instruction by
+ * instruction. Returns only if the access is already made by a single instruction. */
 void hil_cpu_step_to_access(struct hil_core *core);
 /* Call when a debugger jumps out of a block that is being executed instruction by instruction: the
  * instructions already executed are counted. */
@@ -54,7 +54,7 @@ void hil_cpu_map_boot_memory(struct hil_core *core);
 /* Stuck cells of RAM: a bit always reads as 0 or 1. Only the core reads the stuck value; DMA reads
  * the written value. A board with a stuck cell is slower, because every load is checked. */
 
-/* Adds a stuck bit. False: no more room. */
+/* Adds a stuck bit. Returns false if there is no room. */
 bool hil_stuck_bit_add(struct hil_core *core, uint32_t address, unsigned bit, bool level);
 /* Call after a snapshot was restored: enables the check of loads if there are stuck cells. */
 void hil_stuck_bits_enable(struct hil_core *core);

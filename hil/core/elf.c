@@ -8,7 +8,7 @@
 #include "hil/core/file_place.h"
 #include "hil/core/core.h"
 
-#define FILE_MAX_BYTES (64u * 1024u * 1024u) /* includes debug information */
+#define FILE_MAX_BYTES (64u * 1024u * 1024u) /* an image may include debug information */
 
 #define refuse_image(image, ...) hil_file_refuse(&(image)->place, __VA_ARGS__)
 
@@ -53,9 +53,9 @@ static enum mr_status read_header(struct image *image)
     return status == MR_OK ? check_header(image) : status;
 }
 
-/* Bytes to skip at the start of a segment. A linker that aligns segments to pages may put the
- * file's headers ahead of the first section. The chip's memory contains neither them nor anything
- * below its first address. */
+/* Returns the number of bytes to skip at the start of a segment: a linker that aligns segments to
+ * pages may include the headers of the file before the first section, and these must not be
+ * loaded. */
 static uint32_t count_header_bytes(const struct image *image, const Elf32_Phdr *s)
 {
     static const uint32_t memories[] = {HIL_FLASH_BASE, HIL_SRAM_BASE, HIL_CCM_BASE};
@@ -73,7 +73,7 @@ static uint32_t count_header_bytes(const struct image *image, const Elf32_Phdr *
     return first && end - s->p_offset < s->p_filesz ? end - s->p_offset : 0;
 }
 
-/* Called twice: without `memory` to check all segments, then with it to load them. */
+/* Loads the segments. Called first without `memory`, to check all of them, then with it. */
 static enum mr_status load_segments(const struct image *image, struct hil_memory *memory, bool copy)
 {
     const Elf32_Ehdr *h = image->header;
@@ -124,7 +124,7 @@ enum mr_status hil_elf_load(const char *path, struct hil_memory *memory, char *e
     return status;
 }
 
-/* String n of a string table; "" if it does not end inside the file. */
+/* Returns the string at offset n of a string table; "" if it does not end inside the file. */
 static const char *get_string(const struct image *image, uint64_t table, uint32_t n)
 {
     uint64_t at = table + n;

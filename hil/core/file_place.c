@@ -20,15 +20,16 @@ enum mr_status hil_file_refuse(const struct hil_file_place *at, enum mr_status s
         vsnprintf(at->error + n, at->error_size - (size_t)n, format, arguments);
     va_end(arguments);
     for (char *p = at->error; *p; p++) {
-        /* the path may contain UTF-8, text from the file only ASCII */
+        /* control characters are not allowed; a path may contain UTF-8, text from the file only
+         * ASCII */
         if ((*p > 0 && *p < ' ') || (p - at->error >= n && (*p < ' ' || *p > '~')))
             *p = '?';
     }
     return status;
 }
 
-/* Returns the path of the file with this name that was built or installed with matrig; NULL: there
- * is none. The caller frees it. */
+/* Returns the path of the file with this name that is part of matrig's build or installation; NULL:
+ * there is none. The caller frees it. */
 static char *find_installed_file(const char *path)
 {
     static const char *const places[] = {"..", "../share/matrig/runs", "../share/matrig"};
@@ -46,7 +47,7 @@ static char *find_installed_file(const char *path)
 }
 
 /* Reports that the file does not exist. For a relative path the message names the current folder,
- * which may be the wrong one. */
+ * because it may be the wrong one. */
 static enum mr_status refuse_missing(const struct hil_file_place *at, const char *advice)
 {
     char folder[PATH_MAX] = "", *own = find_installed_file(at->path);

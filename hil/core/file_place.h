@@ -9,7 +9,7 @@
 
 struct hil_file_place {
     const char *path;
-    unsigned line; /* from 1; 0: no particular line */
+    unsigned line; /* line number, from 1; 0: the message is not about a line */
     char *error;   /* buffer of `error_size` bytes for the message of hil_file_refuse */
     size_t error_size;
 };

@@ -29,7 +29,7 @@ void hil_nvic_reset(struct hil_nvic *nvic)
     nvic->priority[HIL_EXC_RESET] = -3;
     nvic->priority[HIL_EXC_NMI] = -2;
     nvic->priority[HIL_EXC_HARD_FAULT] = -1;
-    /* These exceptions have no enable bit. SHCSR enables the configurable faults. */
+    /* these exceptions have no enable bit; SHCSR enables the configurable faults */
     change_exception_in_set(nvic->enabled, HIL_EXC_NMI, true);
     change_exception_in_set(nvic->enabled, HIL_EXC_HARD_FAULT, true);
     change_exception_in_set(nvic->enabled, HIL_EXC_SVCALL, true);
@@ -40,7 +40,8 @@ void hil_nvic_reset(struct hil_nvic *nvic)
 
 static int get_priority_group(const struct hil_nvic *nvic, int priority)
 {
-    /* Bits PRIGROUP..0 of the priority byte are the subpriority. */
+    /* Returns the group priority: bits PRIGROUP..0 of the priority byte are the subpriority and are
+     * cleared. */
     return priority < 0 ? priority : priority & ~((2 << nvic->prigroup) - 1) & 0xff;
 }
 
@@ -122,8 +123,8 @@ bool hil_nvic_is_active(const struct hil_nvic *nvic, unsigned exception)
     return is_exception_in_set(nvic->active, exception);
 }
 
-/* Returns register n of a set: the bits of interrupts 32 n to 32 n + 31. In the set, the 16 system
- * exceptions precede the interrupts. */
+/* Returns register n of a set: the bits of interrupts 32 n to 32 n + 31. The set begins with the 16
+ * system exceptions. */
 static uint32_t read_interrupt_word(const uint32_t *set, unsigned n)
 {
     uint32_t value = 0;
@@ -155,7 +156,7 @@ static void set_priorities(struct hil_core *core, unsigned exception, unsigned c
 {
     for (unsigned i = 0; i < count && exception + i < HIL_EXCEPTIONS; i++) {
         uint32_t byte = value >> (8u * i) & 0xffu;
-        /* 0xff is allowed: software writes it to find the number of bits */
+        /* 0xff is allowed: software writes it to find out how many bits are implemented */
         if (byte && byte < 0x10u)
             hil_bus_refuse(core,
                            "a priority in the lower four bits: the chip reads these bits as 0");
@@ -171,7 +172,7 @@ static uint32_t *get_register_set(struct hil_nvic *nvic, uint32_t offset)
 }
 
 /* Reads registers 0x100..0x4FF of the system control space (ISER, ICER, ISPR, ICPR, IABR, IPR).
- * False: no such register. */
+ * Returns false if there is no such register. */
 static bool read_nvic(struct hil_core *core, uint32_t offset, unsigned size, uint32_t *value)
 {
     if (offset >= IPR)
@@ -229,7 +230,7 @@ static void read_mask_registers(struct hil_core *core, uint32_t *primask, uint32
     void *values[3] = {primask, basepri, faultmask};
     *primask = *basepri = *faultmask = 0;
     uc_reg_read_batch(core->uc, ids, values, 3);
-    *basepri &= 0xf0u; /* the STM32 has four priority bits; Unicorn keeps eight */
+    *basepri &= 0xf0u; /* keep four priority bits, as the STM32 does; Unicorn keeps eight */
 }
 
 static bool is_exception_due(struct hil_core *core, bool use_primask)
@@ -256,8 +257,8 @@ bool hil_exception_can_wake(struct hil_core *core)
     return is_exception_due(core, false);
 }
 
-/* Unicorn caches flags for the translator (handler mode among them). It updates them only when the
- * condition flags are written as a register. */
+/* Updates the flags that Unicorn caches for the translator, handler mode among them. Unicorn does
+ * so only when the condition flags are written as a register. */
 static void update_core_flags(struct hil_core *core)
 {
     uint32_t apsr = 0;
@@ -272,7 +273,7 @@ void hil_exception_trace(struct hil_core *core)
         observers->tracer->on_exception_change(observers->tracer_context);
 }
 
-/* Enters the handler: mode, stack and PC. SP already points below the frame. */
+/* Enters the handler: mode, stack and PC. The frame is already on the stack. */
 static void enter_handler(struct hil_core *core, unsigned exception, uint32_t exc_return)
 {
     uint32_t vector = 0;
@@ -303,7 +304,7 @@ static void enter_handler(struct hil_core *core, unsigned exception, uint32_t ex
     core->state.cpu.is_event_register_set = true;
     hil_trace(core, "enter %u at 0x%08x", exception, (unsigned)vector);
     hil_exception_trace(core);
-    if (!(vector & 1u)) /* not Thumb: the handler's first instruction faults */
+    if (!(vector & 1u)) /* without the Thumb bit, the first instruction of the handler faults */
         hil_exception_fault(core, HIL_CFSR_INVSTATE, vector, 0);
 }
 
@@ -337,9 +338,9 @@ static void copy_frame_registers(struct hil_core *core, struct frame *frame, boo
 }
 
 /* Handles an exception frame at an address without memory and returns the exception to enter. A
- * handler of bus faults or hard faults runs anyway, with nothing on its stack (DUI 0553A 2.4.2, DDI
- * 0337E 5.12.1). Any other exception is replaced by a bus fault, or a hard fault if bus faults are
- * disabled or their priority is too low. 0: the run has ended. */
+ * handler of bus faults or hard faults is entered anyway, without a frame (DUI 0553A 2.4.2, DDI
+ * 0337E 5.12.1). Any other exception is replaced by a bus fault, or by a hard fault if bus faults
+ * are disabled or their priority is too low. 0: the run has ended. */
 static unsigned replace_exception_without_frame(struct hil_core *core, unsigned exception,
                                                 uint32_t frame_at, uint32_t pc)
 {
@@ -474,7 +475,7 @@ static void refuse_return(struct hil_core *core, uint32_t cfsr, uint32_t exc_ret
         enter_by_tail_chain(core, exception, exc_return);
 }
 
-/* Restores the frame that `exc_return` selects. False: a fault is taken instead. */
+/* Restores the frame that `exc_return` selects. Returns false if a fault is taken instead. */
 static bool restore_frame(struct hil_core *core, uint32_t exc_return)
 {
     bool psp = (exc_return & 4u) != 0;
@@ -504,7 +505,8 @@ static bool restore_frame(struct hil_core *core, uint32_t exc_return)
         sp |= 4u;
     *(psp ? &psp_value : &msp) = sp;
 
-    /* Order: mode (writing xPSR switches it), stack selection, then both stack pointers by name. */
+    /* Order: first the mode (writing xPSR switches it), then the stack selection, then both stack
+     * pointers by name. */
     uint32_t new_control = (control & CONTROL_NPRIV) | (psp ? CONTROL_SPSEL : 0) |
                            (fp ? CONTROL_FPCA : 0);
     uint32_t new_xpsr = xpsr & ~XPSR_ALIGN;
@@ -604,8 +606,8 @@ static uint32_t get_systick_value(const struct hil_core *core)
     return (uint32_t)left;
 }
 
-/* Schedules the time when the running counter, now at `value`, reaches 0. A counter at 0 reloads
- * first. */
+/* Schedules the time at which the running counter, whose value is now `value`, reaches 0. A counter
+ * at 0 is reloaded first. */
 static void schedule_systick_zero(struct hil_core *core, uint32_t value)
 {
     struct hil_systick *s = &core->state.systick;
@@ -649,7 +651,7 @@ static uint32_t read_systick(struct hil_core *core, uint32_t offset)
         return value;
     case 0x14: return s->load;
     case 0x18: return get_systick_value(core);
-    default: /* CALIB: TENMS 18750, SKEW set */ return 0x4000493e;
+    default: /* CALIB: TENMS is 18750, SKEW is set */ return 0x4000493e;
     }
 }
 
@@ -847,8 +849,8 @@ static void write_dwt(struct hil_core *core, uint32_t value)
 {
     struct hil_scb *scb = &core->state.scb;
     if (!(scb->demcr & DEMCR_TRCENA))
-        return; /* as on hardware, the unit is off and ignores the write */
-    /* refuse all bits but CYCCNTENA, SYNCTAP and CYCTAP; the latter two matter only to trace */
+        return; /* as on hardware, the write is ignored because the unit is off */
+    /* refuse all bits except CYCCNTENA, SYNCTAP and CYCTAP; the latter two affect only trace */
     if (value & 0x3ffffffeu & ~0x1e00u)
         hil_bus_refuse(core, "DWT functions other than the cycle counter");
     uint32_t count = read_cyccnt(core);
@@ -869,7 +871,7 @@ void hil_scb_write(struct hil_core *core, uint32_t address, unsigned size, uint3
     else if (size == 4 && address % 4u == 0 && address > DBGMCU &&
              address - DBGMCU < sizeof scb->dbgmcu)
         scb->dbgmcu[(address - DBGMCU) / 4u] = address == DBGMCU + 4u ? value & 0xffu : value;
-    /* the STM32F4 does not implement the lock: writes are ignored */
+    /* the lock is not implemented on the STM32F4, so writes are ignored */
     else if (size != 4 || address != DWT_LAR)
         hil_bus_refuse_register(core);
 }

@@ -90,11 +90,11 @@ enum {
 /* Number of the exception to enter now (pending, not masked, and of higher priority than the
  * running code); 0: none. */
 unsigned hil_exception_next(struct hil_core *core);
-/* True when WFI ends: as hil_exception_next, but ignoring PRIMASK. */
+/* True if a sleep by WFI ends now: as hil_exception_next, but ignoring PRIMASK. */
 bool hil_exception_can_wake(struct hil_core *core);
 /* Enters an exception; the core is stopped before the instruction at `pc`. */
 void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc);
-/* Informs the trace that the core changes to a different exception or back to the thread. */
+/* Reports to the trace that the core changes to a different exception or back to thread mode. */
 void hil_exception_trace(struct hil_core *core);
 /* Call when the core has branched to EXC_RETURN. */
 void hil_exception_return(struct hil_core *core, uint32_t exc_return);

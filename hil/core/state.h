@@ -25,8 +25,8 @@ static inline void hil_call(const struct hil_call *wire)
 /* ---- registers by name and by offset ---- */
 
 /* Registers of a peripheral by name and by offset: word[offset / 4] is the register named at that
- * position. Positions without a register, and registers without storage, have a name too and stay
- * 0. */
+ * position. Positions without a register, and registers without storage, need a name too; their
+ * words stay 0. */
 
 #define HIL_NAMED_WORDS(word, ...)                                    \
     union {                                                           \
@@ -50,11 +50,11 @@ struct hil_clock {
     uint64_t anchor_cycle; /* cycle of the last change of HCLK */
     uint64_t anchor_ps;
     uint32_t hclk_hz;
-    /* HCLK for which the ratio was computed: a cycle takes ratio_ps / ratio_cycles picoseconds, in
-     * lowest terms */
+    /* HCLK for which the ratio was computed: a cycle takes ratio_ps / ratio_cycles picoseconds
+     * (reduced fraction) */
     uint32_t ratio_hclk_hz;
     uint64_t ratio_ps, ratio_cycles;
-    bool is_stopped; /* there is no clock: cycles stand still */
+    bool is_stopped; /* there is no clock: the cycle count does not advance */
 };
 
 /* --- memories and their addresses (RM0090 2.3) --- */
@@ -72,18 +72,19 @@ struct hil_memory {
     uint8_t ccm[HIL_CCM_SIZE];
 };
 
-/* The bank of flash as seen by the core. The model of the flash interface updates it. */
+/* State of the flash bank that the core needs to know. The model of the flash interface updates
+ * it. */
 struct hil_bank {
-    bool is_busy;    /* an operation is in progress: the bank cannot be read before its end */
+    bool is_busy;    /* an operation is in progress, and the bank cannot be read until it ends */
     bool is_erasing; /* the operation is an erase of a sector, of the bank or of option bytes */
-    bool is_boot_rom_mapped; /* system memory instead of flash is at address 0 */
+    bool is_boot_rom_mapped; /* address 0 is mapped to system memory instead of flash */
     /* Bit mask of sectors that were erased while the data cache may still contain their old
      * content. */
     uint16_t stale_sectors;
 };
 
-/* Calls of the flash interface. `load` is called for reads that are not possible directly; it holds
- * the bus until the operation in progress has ended, so virtual time jumps. */
+/* Calls of the flash interface. `load` is called for reads during an operation; it stalls the bus
+ * until the operation has ended, so virtual time jumps. */
 struct hil_bank_calls {
     void *context;
     /* stores 1, 2, 4 or 8 bytes */
@@ -146,7 +147,7 @@ enum hil_event_slot {
     HIL_EVENT_PLL,
     HIL_EVENT_LSI,
     HIL_EVENT_POWER, /* the supply has returned */
-    HIL_EVENT_FAULT, /* handled before other events of the same cycle */
+    HIL_EVENT_FAULT, /* handled before other events at the same cycle */
     HIL_EVENT_HELD_OUTPUT,
     HIL_EVENT_FLASH,
     HIL_EVENT_NOR,
@@ -154,19 +155,19 @@ enum hil_event_slot {
     HIL_EVENT_CAMERA,
     HIL_EVENT_SCRIPT,
     HIL_EVENT_REPLAY,
-    HIL_EVENT_ADC1, /* before the timers, so that a scan ends before a trigger at the same time */
+    HIL_EVENT_ADC1, /* before the timers, so that a scan ends before a trigger at the same cycle */
     HIL_EVENT_ADC3,
     HIL_EVENT_TIM4, /* before TIM2: TIM4 triggers TIM2 */
     HIL_EVENT_TIM2,
     HIL_EVENT_SPI,
     HIL_EVENT_I2C,
     HIL_EVENT_CAN,
-    HIL_EVENT_CAN_OTHER_NODE, /* the other node may send again */
+    HIL_EVENT_CAN_OTHER_NODE, /* a fault no longer delays the frame of the other node */
     HIL_EVENT_USART_TX,
     HIL_EVENT_USART_RX,
     HIL_EVENT_SYSTICK,
     HIL_EVENT_IWDG,
-    HIL_EVENT_RUN_END, /* end of the current run_until; must be last */
+    HIL_EVENT_RUN_END, /* end of the present run_until; must be the last slot */
     HIL_EVENT_COUNT
 };
 /* number of interleaved chains in the search for the next event; the number of slots is a multiple
@@ -213,24 +214,25 @@ struct hil_scb {
 };
 
 struct hil_systick {
-    uint32_t ctrl; /* ENABLE, TICKINT, CLKSOURCE, COUNTFLAG (bit 16) */
+    uint32_t ctrl; /* bits ENABLE, TICKINT, CLKSOURCE, and COUNTFLAG (bit 16) */
     uint32_t load;
-    uint32_t value;      /* value while stopped */
-    uint64_t zero_cycle; /* while running: cycle at which the counter next becomes 0 */
+    uint32_t value;      /* value of the stopped counter */
+    uint64_t zero_cycle; /* for the running counter: cycle at which it next becomes 0 */
 };
 
 /* --- the core itself --- */
 
 struct hil_cpu {
-    /* executed instructions of the running block, whose time is not yet added to now_cycle */
+    /* number of instructions of the running block that were executed but not yet added to
+     * now_cycle */
     uint32_t block_instruction_count;
     uint32_t block_address;
     uint32_t block_size;
-    /* in 1/HIL_PARTS_PER_CYCLE cycles: part of a cycle that is not yet added to now_cycle */
+    /* part of a cycle that is not yet added to now_cycle, in 1/HIL_PARTS_PER_CYCLE cycles */
     uint32_t uncounted_cycle_parts;
     bool is_stepping; /* the block is executed instruction by instruction */
     bool is_asleep;
-    bool is_event_register_set; /* event register, for which WFE waits */
+    bool is_event_register_set; /* the event register, for which WFE waits, is set */
 };
 
 #define HIL_STUCK_BITS_MAX 8u
@@ -259,7 +261,7 @@ struct hil_core_state {
 /* A time, and the instruction that caused an event at this time. */
 struct hil_moment {
     uint64_t ps;    /* time since power on */
-    uint32_t pc;    /* 0: caused by hardware, not by an instruction */
+    uint32_t pc;    /* instruction that caused the event; 0: caused by hardware */
     double slew_ns; /* slew of the edge: time until its level is reached */
 };
 

@@ -1,25 +1,26 @@
 /* Replaces internals of Unicorn 2.0.1 (Debian 12) for which it has no interface.
  *
- * Speed: this saves half of the time of a run. Unicorn sends every store to RAM through its slow
+ * Speed: this saves half of the time of a run. Unicorn executes every store to RAM through its slow
  * path, to look for translated code that the store changes. Unlike QEMU and later versions (pull
- * requests 1838, 2031) it does not notice that a page has no code. Here RAM pages are marked free
- * of code (`tlb_set_dirty`) when they enter the translation buffer. Once the board runs code from
- * RAM, every store of that board is checked again. The locks around the check build a tree per
- * store and protect nothing in a single thread; they are left out, as in the next version.
+ * requests 1838, 2031), it does not recognise pages without code. Here RAM pages are marked free of
+ * code (`tlb_set_dirty`) when they enter the translation buffer. Once the board runs code from RAM,
+ * every store of that board is checked again. The locks around the check cost time at every store
+ * and are useless in a single thread; they are omitted here, as in the next version of Unicorn.
  *
  * Instruction of an access: Unicorn's hooks report an access with PC at the start of the block and
- * ITSTATE 0. For each access that is not plain memory, translated code calls `helper_...` with the
- * host address of the call. The translator has a table from host address to instruction for each
- * block, to restore PC and ITSTATE after a fault (`cpu_restore_state`). Here the host address is
- * noted and the table is read without restoring.
+ * ITSTATE 0. For each access that is not plain memory, translated code calls a function
+ * `helper_...` with the host address of the call. For each block, the translator has a table that
+ * gives the instruction for a host address; it uses the table to restore PC and ITSTATE after a
+ * fault (`cpu_restore_state`). The replacements here store the host address, and read the table
+ * without restoring the registers.
  *
  * End of a block: after a store that faults, Unicorn runs the block to its end, including all
  * instructions after the store; after a load it leaves the block (`cpu_loop_exit`). Here it leaves
  * after every abandoned access.
  *
  * The functions have the names of functions exported by the library, so the library's own calls
- * reach these first. A Unicorn version without those names still works: these functions are never
- * called, and an access has no known instruction. */
+ * reach these first. With a Unicorn version that lacks those names, these functions are never
+ * called, and the instruction of an access is not known; everything else works. */
 #include <dlfcn.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -103,7 +104,8 @@ struct hil_translator *hil_translator_select(struct hil_translator *translator)
 {
     struct hil_translator *before = running_translator;
     running_translator = translator;
-    if (running_translator && !before) { /* the last run may have ended inside an access */
+    /* the last run may have ended inside an access, so clear it */
+    if (running_translator && !before) {
         running_translator->access.code_address = 0;
         running_translator->is_instruction_abandoned = false;
     }
@@ -116,14 +118,15 @@ void hil_translator_check_ram_stores(struct hil_translator *translator)
         return;
     translator->has_code_in_ram = true;
     if (translator->cpu_state && library_flush)
-        /* all pages enter the buffer again, now as pages that may hold code */
+        /* flush the buffer: all pages enter it again, now as pages that may contain code */
         library_flush(translator->cpu_state);
 }
 
 bool hil_translator_find_instruction(const struct hil_translator *translator, uint32_t address,
                                      struct hil_instruction *place)
 {
-    /* an access of eight bytes, or an unaligned one, may be split */
+    /* not possible for an access that may have been split: one of eight bytes, or an unaligned
+     * one */
     if (running_translator != translator || !translator->access.code_address ||
         !translator->cpu_state || address - translator->access.address >= 8u || !library_restore ||
         !library_restore_to)
@@ -155,7 +158,7 @@ bool arm_cpu_tlb_fill_arm(struct CPUState *core, uint64_t address, int size, uns
     if (!filled || !running_translator)
         return filled;
     running_translator->cpu_state = core;
-    /* Flash stays on the slow path, which refuses stores. */
+    /* not for flash, whose stores must be refused on the slow path */
     bool ram = address - HIL_SRAM_BASE < HIL_SRAM_SIZE || address - HIL_CCM_BASE < HIL_CCM_SIZE;
     if (ram && !running_translator->has_code_in_ram && library_set_dirty && library_flush)
         library_set_dirty(core, (uint32_t)address);

@@ -13,23 +13,24 @@ struct hil_translator {
     struct CPUState *cpu_state; /* Unicorn's CPU state; NULL: not known yet */
     struct hil_translated_access {
         uint32_t address;
-        uintptr_t code_address; /* position in the translated code; 0: no access is in progress */
+        /* position of the access in the translated code; 0: no access is in progress */
+        uintptr_t code_address;
     } access;
-    bool is_instruction_abandoned; /* the instruction that makes the access is not continued */
+    bool is_instruction_abandoned; /* the instruction that makes the access must not be continued */
 };
 
 /* Initialises the translator of a new processor. */
 void hil_translator_start(struct hil_translator *translator);
 /* Sets the processor that runs in this thread (NULL: none). Returns the previous one. */
 struct hil_translator *hil_translator_select(struct hil_translator *translator);
-/* Call when the processor runs code from RAM. */
+/* Call when the processor executes code in RAM. */
 void hil_translator_check_ram_stores(struct hil_translator *translator);
 /* An instruction, and ITSTATE at its beginning. */
 struct hil_instruction {
     uint32_t pc, itstate;
 };
-/* Returns the instruction that is accessing `address`. False: the core makes no access, or one to a
- * different address. */
+/* Returns the instruction that is accessing `address`. Returns false if the core makes no access,
+ * or one to a different address. */
 bool hil_translator_find_instruction(const struct hil_translator *translator, uint32_t address,
                                      struct hil_instruction *place);
 /* True if the core is making an access at which the translated code can be left. */

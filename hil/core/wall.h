@@ -8,15 +8,16 @@
 double hil_wall_clock_s(void);
 int64_t hil_wall_clock_ms(void);
 
-/* Pacing of virtual time by the wall clock. A piece of virtual time is run when the wall clock has
- * passed its end, so no output leaves the board early. The largest delay of an end is recorded. */
+/* Pacing of virtual time by the wall clock. A piece of virtual time is run only after the wall
+ * clock has passed the end of the piece, so that no output appears too early. The largest delay of
+ * an end is recorded. */
 #define HIL_PACE_START_S 1.0
 
 struct hil_pace {
     double start_s;     /* wall clock at the start of virtual time */
-    double max_delay_s; /* largest delay so far of the end of a piece */
-    /* largest delay after HIL_PACE_START_S; before that, code is translated and the board scans its
-     * memories */
+    double max_delay_s; /* largest delay so far with which a piece ended */
+    /* the same after HIL_PACE_START_S; the first pieces take longer, because code is translated and
+     * the board scans its memories */
     double max_delay_after_start_s;
 };
 

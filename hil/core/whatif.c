@@ -7,7 +7,7 @@
 #include "hil/core/core.h"
 
 #define TRACED_STEPS_MAX      (2u * HIL_WHATIF_INSTRUCTIONS_MAX)
-/* bytes below and above the stack pointer of the load that may differ */
+/* range of bytes below and above the stack pointer that may differ between the runs */
 #define STACK_BYTES_BELOW     0x1000u
 #define STACK_BYTES_ABOVE     0x200u
 #define REMEMBERED_LOADS_MAX  256u /* number of remembered instructions */
@@ -25,8 +25,8 @@ struct hil_whatif {
     struct hil_translator translator;
     const struct hil_core *core;
     uint8_t *sram, *ccm;                                 /* page-aligned copies */
-    uint8_t *sram_after_first_run, *ccm_after_first_run; /* state after the first run */
-    uint32_t read_value; /* result of the first read and of later reads of the same register */
+    uint8_t *sram_after_first_run, *ccm_after_first_run; /* memory at the end of the first run */
+    uint32_t read_value; /* value of the first read, and of later reads of the same register */
     uint32_t read_offset;
     bool has_been_read;
     uint32_t stack_pointer;
@@ -167,7 +167,7 @@ void hil_whatif_reset(struct hil_core *core)
         memset(core->engine.whatif->tested, 0, sizeof core->engine.whatif->tested);
 }
 
-/* Runs a copy of the core from the load on; the load reads `value`. */
+/* Runs a copy of the core, beginning at the load, which reads `value`. */
 static void run_copy(struct hil_whatif *w, uint32_t pc, uint32_t value)
 {
     const struct hil_core *core = w->core;
@@ -187,7 +187,8 @@ static void run_copy(struct hil_whatif *w, uint32_t pc, uint32_t value)
     (void)uc_emu_start(w->uc, pc | 1u, 0, 0, HIL_WHATIF_INSTRUCTIONS_MAX);
     hil_translator_select(outer);
     w->is_different |= w->is_comparing &&
-                       w->step_index < w->step_count; /* the run ended earlier than the first one */
+                       /* also a difference: the run ended earlier than the first one */
+                       w->step_index < w->step_count;
 }
 
 /* Makes the run with which the others are compared. */
@@ -225,11 +226,11 @@ static bool is_run_different(struct hil_whatif *w, uint32_t pc, uint32_t value)
            is_memory_different(w, w->ccm, w->ccm_after_first_run, HIL_CCM_BASE, HIL_CCM_SIZE);
 }
 
-/* True if this load was tried often enough. */
+/* True if this load was tested often enough. */
 static bool is_tested_enough(struct hil_whatif *w, uint32_t pc, uint32_t unknown)
 {
     unsigned i = 0;
-    uint32_t caller = 0; /* LR need not be a return address: it only distinguishes callers */
+    uint32_t caller = 0; /* LR may be no return address; here it only distinguishes callers */
     uc_reg_read(w->core->uc, UC_ARM_REG_LR, &caller);
     while (i < REMEMBERED_LOADS_MAX && w->tested[i].test_count &&
            (w->tested[i].pc != pc || w->tested[i].caller != caller ||

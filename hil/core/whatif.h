@@ -27,12 +27,14 @@
 #define HIL_WHATIF_TESTS_PER_LOAD   16u
 
 struct hil_core;
-struct hil_whatif; /* the copy; created when it is first needed */
+struct hil_whatif; /* state of the copy; created at its first use */
 
 struct hil_whatif_difference {
-    /* bit of the word being read that matters by itself, or the lowest bit in question */
+    /* bit of the read word that affects the program by itself, or else the lowest unknown bit */
     unsigned bit;
-    uint32_t pc; /* the branch or store that differs; for a difference in memory, the load */
+    /* instruction at which the runs differ: a branch or store; for a difference in memory, the
+     * load */
+    uint32_t pc;
 };
 
 /* During a read by the instruction at `pc`: true if the values of the bits `unknown` of the word

@@ -61,7 +61,7 @@ static void release_hold(struct hil_board *board)
 {
     struct hil_debug *d = get_debugger(board);
     uint32_t pc = hil_cpu_register(&board->core, 15) & ~1u;
-    if (d->hold_reason == HIL_HOLD_BKPT) /* skip the firmware's own BKPT */
+    if (d->hold_reason == HIL_HOLD_BKPT) /* continue past the firmware's own BKPT */
         hil_debug_write_register(board, HIL_REG_PC, pc += 2u);
     d->hold_reason = HIL_HOLD_NONE;
     d->is_watchpoint_hit = false;
@@ -181,7 +181,8 @@ enum mr_status hil_debug_set_watchpoint(struct hil_board *board, enum hil_watch_
         return MR_OK;
     if (set) {
         *place = (struct hil_watchpoint){.kind = kind, .address = address, .size = size};
-        /* An access may begin before the range; the callback checks precisely. */
+        /* An access may begin before the watched range and extend into it; the callback checks this
+         * exactly. */
         int types = kind == HIL_WATCH_WRITE ? UC_HOOK_MEM_WRITE
                   : kind == HIL_WATCH_READ  ? UC_HOOK_MEM_READ
                                             : UC_HOOK_MEM_READ | UC_HOOK_MEM_WRITE;
@@ -196,7 +197,8 @@ enum mr_status hil_debug_set_watchpoint(struct hil_board *board, enum hil_watch_
         uc_hook_del(board->core.uc, there->unicorn_hook);
         there->size = 0;
     }
-    hil_cpu_discard_code(&board->core); /* the check is part of the translated code */
+    /* discard translated code, because the check becomes part of the translation */
+    hil_cpu_discard_code(&board->core);
     return MR_OK;
 }
 
@@ -209,7 +211,8 @@ static bool has_breakpoint_in(const struct hil_debug *d, uint32_t address, uint3
     return false;
 }
 
-/* True if the running code is part of the step; handlers of interrupts during a step are not. */
+/* True if the running code is part of the step. Handlers of interrupts that occur during a step are
+ * not. */
 static bool is_code_part_of_step(const struct hil_board *board)
 {
     const struct hil_debug *d = get_debugger(board);
@@ -316,8 +319,8 @@ void hil_debug_write_register(struct hil_board *board, unsigned number, uint64_t
         value |= 1u;
     }
     if (number == HIL_REG_XPSR) {
-        /* Flags only: the debugger must not change mode and T bit, and writing more would switch
-         * the stack. */
+        /* Write only the flags: the debugger must not change mode and T bit, and writing the whole
+         * register would switch the stack. */
         uint32_t flags = (uint32_t)value;
         uc_reg_write(board->core.uc, UC_ARM_REG_APSR_NZCVQG, &flags);
         return;
@@ -325,7 +328,7 @@ void hil_debug_write_register(struct hil_board *board, unsigned number, uint64_t
     uc_reg_write(board->core.uc, get_unicorn_register(number), &value);
 }
 
-/* State that reading a peripheral register for the debugger must not change. */
+/* State that must be restored after the debugger has read a peripheral register. */
 struct saved_state {
     struct hil_core core;
     struct hil_state state;

@@ -57,21 +57,21 @@ struct hil_debug {
     uint32_t resume_pc;
 };
 
-/* Attach and detach a debugger. `debug` belongs to the caller and must stay valid until detaching.
- * Attaching holds the board at once. Detaching removes all breakpoints and watchpoints and lets the
- * board run. */
+/* hil_debug_attach and hil_debug_detach attach and detach a debugger. `debug` belongs to the caller
+ * and must stay valid until detaching. Attaching holds the board at once. Detaching removes all
+ * breakpoints and watchpoints and lets the board run. */
 void hil_debug_attach(struct hil_board *board, struct hil_debug *debug);
 void hil_debug_detach(struct hil_board *board);
 void hil_debug_hold(struct hil_board *board, enum hil_hold_reason why);
 bool hil_debug_is_holding(const struct hil_board *board);
 
-/* Let the board continue: run, or step one instruction. */
+/* Let the board run, or execute one instruction. */
 void hil_debug_run(struct hil_board *board);
 void hil_debug_step(struct hil_board *board);
 
-/* Lets time advance to until_ps while the board is held: the core and the peripherals stopped by
- * DBGMCU stand still; everything else runs, and its interrupts wait. Ends early if a reset is
- * requested. */
+/* Lets time advance to until_ps while the board is held. The core and the peripherals that DBGMCU
+ * stops do not run; everything else runs, and its interrupts become pending. Ends early if a reset
+ * is requested. */
 void hil_debug_advance(struct hil_board *board, uint64_t until_ps);
 
 /* Set or remove a breakpoint or watchpoint. MR_OK, also if it is already set or removed; MR_FULL:
@@ -99,7 +99,7 @@ uint64_t hil_debug_read_register(const struct hil_board *board, unsigned number)
 void hil_debug_write_register(struct hil_board *board, unsigned number, uint64_t value);
 
 /* Access to memory and peripherals. Reading a register has no side effect; writing one has its
- * normal effects. Flash is programmed like a debug probe does it. MR_UNKNOWN: no memory at this
+ * normal effects. Flash is programmed as a debug probe does it. MR_UNKNOWN: no memory at this
  * address, or not modelled; nothing is changed. */
 enum mr_status hil_debug_read(struct hil_board *board, uint32_t address, uint8_t *out, size_t n);
 enum mr_status hil_debug_write(struct hil_board *board, uint32_t address, uint8_t *bytes, size_t n);

@@ -17,7 +17,7 @@
 
 #define POLL_INTERVAL_MS  50
 #define SEND_TIMEOUT_MS   10000
-/* bytes of memory whose hex digits fit into one answer */
+/* number of bytes of memory whose hex digits fit into one answer */
 #define MEMORY_ANSWER_MAX (HIL_GDB_PACKET_MAX / 2u - 8u)
 #define SIGNAL_INTERRUPT  2
 #define SIGNAL_TRAP       5
@@ -138,7 +138,7 @@ static bool receive_input(struct hil_gdb_connection *line, int timeout_ms)
 {
     struct pollfd wait = {.fd = line->fd, .events = POLLIN};
     if (line->input_size == sizeof line->input)
-        line->input_size = 0; /* longer than any packet: dropped */
+        line->input_size = 0; /* the input is longer than any packet: drop it */
     if (line->fd < 0 || poll(&wait, 1, timeout_ms) <= 0)
         return line->fd >= 0;
     ssize_t n = recv(line->fd, line->input + line->input_size,
@@ -194,7 +194,7 @@ static int take_next_packet(struct hil_gdb_connection *line, char *packet, bool 
     return good && (line->fd >= 0 || strcmp(packet, "k") == 0) ? n : -1;
 }
 
-/* Parses `ADDRESS,LENGTH`; `rest` is the text after it. False: syntax error. */
+/* Parses `ADDRESS,LENGTH`; `rest` is the text after it. Returns false for a syntax error. */
 static bool read_two_numbers(const char *text, uint32_t *a, uint32_t *b, const char **rest)
 {
     char *end;
@@ -264,7 +264,7 @@ static void set_break_or_watchpoint(struct hil_gdb *gdb, const char *text, bool 
     const char *rest;
     char kind = text[0];
     if (kind < '0' || kind > '4' || text[1] != ',')
-        return; /* unknown kind: the empty answer */
+        return; /* unknown kind: send the empty answer */
     if (!read_two_numbers(text + 2, &address, &size, &rest)) {
         strcpy(answer, "E01");
         return;
@@ -370,8 +370,8 @@ static void report_stop(struct hil_gdb *gdb, enum mr_status status)
     send_packet(&gdb->connection, packet);
 }
 
-/* vCont;ACTION[;ACTION...]: with a single thread the first action applies. True: the board
- * continues. */
+/* vCont;ACTION[;ACTION...]: there is only one thread, so the first action applies. Returns true if
+ * the board continues. */
 static bool continue_by_action(struct hil_gdb *gdb, const char *action)
 {
     if (*action == 'c' || *action == 'C')
@@ -383,7 +383,7 @@ static bool continue_by_action(struct hil_gdb *gdb, const char *action)
     return true;
 }
 
-/* Handles a packet while the board is held. True: the board continues. */
+/* Handles a packet while the board is held. Returns true if the board continues. */
 static bool handle_packet(struct hil_gdb *gdb, const char *packet, enum mr_status status)
 {
     char answer[2 * HIL_GDB_PACKET_MAX] = "";
@@ -437,7 +437,7 @@ static bool handle_packet(struct hil_gdb *gdb, const char *packet, enum mr_statu
             strcpy(answer, "E01");
         }
         break;
-    default: break; /* not supported: the empty answer */
+    default: break; /* not supported: send the empty answer */
     }
     send_packet(&gdb->connection, answer);
     return false;
@@ -487,7 +487,7 @@ static void attach_debugger(struct hil_gdb *gdb)
     gdb->connection.is_acknowledging = true;
     gdb->connection.on_lost = (struct hil_call){detach_debugger, gdb};
     gdb->is_attached = true;
-    gdb->is_hold_reported = true; /* gdb will ask for the stop reason */
+    gdb->is_hold_reported = true; /* gdb asks for the stop reason itself */
     gdb->connection.input_size = 0;
     hil_debug_attach(gdb->board, &gdb->debug);
 }
@@ -611,7 +611,8 @@ void hil_gdb_close(struct hil_gdb *gdb, int exit_code)
     if (gdb->connection.fd >= 0) {
         snprintf(packet, sizeof packet, "W%02x", (unsigned)exit_code & 0xffu);
         send_packet(&gdb->connection, packet);
-        /* wait for its acknowledgement: closing with unread input would look like an error */
+        /* wait until gdb acknowledges the packet: closing with unread input would look like an
+         * error to gdb */
         receive_input(&gdb->connection, POLL_INTERVAL_MS);
     }
     drop_connection(&gdb->connection);

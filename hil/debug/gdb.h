@@ -3,8 +3,8 @@
  *     gdb-multiarch build/firmware/matrig.elf -ex 'target remote :3333'
  *
  * The board is held when a debugger connects. Virtual time stands still while the board is held,
- * unless `is_time_running` is set. After a detach the board continues, and a debugger may connect
- * again. Protocol: GDB manual, appendix E; target description: G.5.4. */
+ * unless `is_time_running` is set. When the debugger detaches, the board continues, and a debugger
+ * may connect again. Protocol: GDB manual, appendix E; target description: G.5.4. */
 #ifndef MATRIG_HIL_GDB_H
 #define MATRIG_HIL_GDB_H
 

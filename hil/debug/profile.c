@@ -8,7 +8,7 @@
 /* number of halfwords of flash and SRAM */
 #define CODE_HALFWORD_COUNT ((HIL_FLASH_SIZE + HIL_SRAM_SIZE) / 2u)
 
-/* The block that begins at a halfword of memory. */
+/* Counts for the basic block that begins at a halfword of memory. */
 struct profile_block {
     uint64_t run_count, instructions;
     uint16_t size, slow_instructions;
@@ -16,8 +16,8 @@ struct profile_block {
 
 struct hil_profile {
     const struct hil_core *core;
-    uint64_t rom_instruction_count;  /* instructions of the boot ROM */
-    uint64_t slow_instruction_count; /* divisions and square roots */
+    uint64_t rom_instruction_count;  /* number of instructions executed in the boot ROM */
+    uint64_t slow_instruction_count; /* number of divisions and square roots */
     struct profile_block blocks[CODE_HALFWORD_COUNT];
 };
 

@@ -135,7 +135,7 @@ static void change_value(struct hil_vcd *vcd, unsigned signal, uint32_t value, u
     vcd->value[signal] = value;
     if (!vcd->is_header_written)
         return;
-    /* time must not go back: some events are handled a few instructions late */
+    /* time must not go back in the file: some events are handled a few instructions late */
     if (t_ns > vcd->t_ns) {
         vcd->t_ns = t_ns;
         fprintf(vcd->file, "#%llu\n", (unsigned long long)t_ns);
@@ -174,7 +174,8 @@ static void write_initial_values(struct hil_vcd *vcd)
 {
     const struct hil_board *board = vcd->board;
     write_changes(vcd,
-                  hil_now_cycle(&board->core)); /* sets the initial values without writing them */
+                  /* the initial values are set without being written */
+                  hil_now_cycle(&board->core));
     vcd->is_header_written = true;
     vcd->t_ns = hil_board_now_ps(board) / HIL_NS_PS;
     fprintf(vcd->file, "#%llu\n$dumpvars\n", (unsigned long long)vcd->t_ns);

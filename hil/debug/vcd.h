@@ -14,11 +14,11 @@
 
 struct hil_board;
 
-/* Begins a trace of `board`, whose image must be loaded, into the file `path`. MR_OK; MR_IO, with
- * the reason in `error`. */
+/* Begins a trace of `board`, whose image must be loaded, into the file `path`. MR_IO: it cannot be
+ * written; `error` has the reason. */
 enum mr_status hil_vcd_open(struct hil_board *board, const char *path,
                             const struct mr_symbols *symbols, char *error, size_t size);
-/* Ends the trace. MR_OK, also without a trace; MR_IO: the file is incomplete. */
+/* Ends the trace. Does nothing without a trace. MR_IO: the file is incomplete. */
 enum mr_status hil_vcd_close(struct hil_board *board, char *error, size_t size);
 
 #endif

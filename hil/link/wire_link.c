@@ -1,6 +1,7 @@
 #include "hil/link/wire_link.h"
 
-#include <asm/termbits.h> /* struct termios2, for any rate; conflicts with termios.h */
+/* defines struct termios2, for any rate; cannot be included together with termios.h */
+#include <asm/termbits.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <poll.h>
@@ -44,8 +45,8 @@ static bool set_raw_terminal(int fd, uint32_t baud)
     return ioctl(fd, TCSETS2, &t) == 0;
 }
 
-/* Opens and closes the host's end once: an unused pseudo-terminal reports a missing host only after
- * its first close. */
+/* Opens and closes the host's end once: a pseudo-terminal reports that no host is present only
+ * after its first close. */
 static bool open_host_end_once(int fd)
 {
     int other = open(ptsname(fd), O_RDWR | O_NOCTTY | O_CLOEXEC);
@@ -71,7 +72,7 @@ static enum mr_status open_pty(const char *path, uint32_t baud, int *fd, char *e
                      path);
             return MR_IO;
         }
-        unlink(path); /* left by an earlier run */
+        unlink(path); /* remove a link left by an earlier run */
     }
     *fd = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
     if (*fd >= 0 && grantpt(*fd) == 0 && unlockpt(*fd) == 0 && set_raw_terminal(*fd, baud) &&
@@ -107,8 +108,8 @@ static const char *get_link_noun(const struct hil_link *link)
     return link->kind == HIL_LINK_CAN ? "--can" : "--serial";
 }
 
-/* True if a program listens on the socket. The connection has the wrong type: it does not disturb
- * the program, and its error differs from that without a program. */
+/* True if a program listens on the socket. Connects with the wrong type of socket, which does not
+ * disturb the program but gives another error than without a program. */
 static bool is_listening(const struct sockaddr_un *address)
 {
     int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -144,7 +145,7 @@ enum mr_status hil_socket_listen(const char *option, const char *path, int *list
                  option, path);
         return MR_IO;
     }
-    unlink(path); /* left by an earlier run */
+    unlink(path); /* remove a socket left by an earlier run */
     *listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (*listener < 0 || bind(*listener, (const struct sockaddr *)&address, sizeof address) != 0 ||
         listen(*listener, 1) != 0) {
@@ -286,7 +287,8 @@ void hil_link_put_frame(struct hil_link *link, uint64_t t_ps, const struct hil_c
     uint8_t bytes[FRAME_BYTES] = {0};
     uint32_t id = frame->id | (frame->is_extended ? CAN_EXTENDED : 0) |
                   (frame->is_remote ? CAN_REMOTE : 0);
-    memcpy(bytes, &id, sizeof id); /* host byte order, as in the kernel's struct */
+    /* in the byte order of this computer, as in the kernel's struct */
+    memcpy(bytes, &id, sizeof id);
     bytes[4] = frame->length;
     memcpy(bytes + 8, frame->data, frame->length);
     hil_link_put_bytes(link, bytes, sizeof bytes);
@@ -383,7 +385,7 @@ static void receive_pty(struct hil_link *link, struct hil_board *board)
     }
     struct pollfd look = {.fd = link->fd, .events = POLLIN};
     if (!link->drops_when_full &&
-        !link->has_moved_data) /* both ends wait for each other: leave processor time to the host */
+        !link->has_moved_data) /* both ends wait for each other: give the host processor time */
         poll(&look, 1, PTY_POLL_INTERVAL_MS);
     ssize_t n = read(link->fd, bytes, room < sizeof bytes ? room : sizeof bytes);
     link->has_moved_data = n > 0;
@@ -424,7 +426,8 @@ void hil_link_close(struct hil_link *link)
         uint8_t rest[4096];
         int64_t until = hil_wall_clock_ms() + CLOSE_TIMEOUT_MS;
         shutdown(link->fd, SHUT_WR);
-        /* Closing with unread input would look like an error to the host. */
+        /* Read remaining input first: closing with unread input would look like an error to the
+         * host. */
         while (hil_wall_clock_ms() < until) {
             struct pollfd wait = {.fd = link->fd, .events = POLLIN};
             if (poll(&wait, 1, POLL_INTERVAL_MS) > 0 &&

@@ -1,6 +1,6 @@
-/* The board's ends of its two links: `unix:PATH` (the board listens, one host connects), `pty:PATH`
- * (a pseudo-terminal, serial only), `file:PATH` (candump -L text for CAN, raw bytes for serial), or
- * `none`.
+/* The two links of the board, each given as `unix:PATH` (the board listens, one host connects),
+ * `pty:PATH` (a pseudo-terminal, serial only), `file:PATH` (candump -L text for CAN, raw bytes for
+ * serial), or `none`.
  *
  * A CAN socket carries 16-byte frames in both directions, in the layout of Linux's struct can_frame
  * (identifier with flags, length, three bytes of padding, eight bytes of data). A serial socket
@@ -24,14 +24,15 @@ struct hil_link {
     enum hil_link_kind kind;
     enum hil_link_transport transport;
     const char *path; /* path as given; belongs to the caller */
-    int listener, fd; /* -1: none */
+    int listener, fd; /* descriptors; -1: none */
     uint8_t *buffer;
-    size_t output_start, output_end, capacity; /* waiting output in `buffer`, and its size */
+    /* range of the waiting output in `buffer`, and size of the buffer */
+    size_t output_start, output_end, capacity;
     /* when the buffer is full, output is dropped instead of enlarging the buffer */
     bool drops_when_full;
-    bool is_hung_up;           /* the host has closed its end (a pty may be opened again) */
+    bool is_hung_up;           /* the host has closed its end (a host may open a pty again) */
     bool has_moved_data;       /* pty: data were transferred since the last check */
-    uint32_t baud;             /* pty: as last reported to the board */
+    uint32_t baud;             /* pty: baud rate that was last reported to the board */
     uint64_t dropped_count;    /* number of dropped frames (CAN) or bytes (serial) */
     uint8_t partial_frame[16]; /* bytes of an incomplete frame */
     size_t partial_frame_size;
@@ -47,7 +48,7 @@ enum mr_status hil_socket_listen(const char *option, const char *path, int *list
 enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, const char *text,
                              char *error, size_t size);
 /* Waits until a host has connected or has opened the pty; returns at once for links without a host.
- * MR_OK, MR_TIMEOUT, MR_IO; MR_CLOSED: `*stop` ended the wait. */
+ * MR_TIMEOUT; MR_IO; MR_CLOSED: `*stop` ended the wait. */
 enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const volatile int *stop,
                                char *error, size_t size);
 

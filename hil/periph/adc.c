@@ -28,7 +28,8 @@
 #define CR2_EOCS           (1u << 10)
 #define CR2_SWSTART        (1u << 30)
 #define CONVERSION_CLOCKS  12u
-#define LATENCY_CLOCKS     2u /* from trigger to first sampling window; data sheet: at most 3 */
+/* ADC clocks from the trigger to the first sampling window; data sheet: at most 3 */
+#define LATENCY_CLOCKS     2u
 #define ADC_CLOCK_LIMIT_HZ 36000000u
 #define FIRST_CLOCK_BIT    8u /* APB2ENR.ADC1EN; ADC3EN is two bits higher */
 
@@ -39,7 +40,7 @@ static const enum hil_event_slot event_slots[2] = {HIL_EVENT_ADC1, HIL_EVENT_ADC
 #define PIN_PORT(pin)   ((pin) / 16u)
 #define PIN_NUMBER(pin) ((pin) % 16u)
 static const uint8_t input_pins[2][16] = {
-    {0x00, 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x07, /* PA0 .. PA7 */
+    {0x00, 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x07, /* inputs PA0 .. PA7 */
      0x10, 0x11, 0x20, 0x21, 0x22, 0x23, 0x24, 0x25 /* PB0, PB1, PC0 .. PC5 */},
     {0x00, 0x01, 0x02, 0x03, 0x56, 0x57, 0x58, 0x59, /* PA0 .. PA3, PF6 .. PF9 */
      0x5a, 0x53, 0x20, 0x21, 0x22, 0x23, 0x54, 0x55 /* PF10, PF3, PC0 .. PC3, PF4, PF5 */},
@@ -118,7 +119,7 @@ static uint16_t convert_codes(struct hil_adc_device *dev, unsigned unit, unsigne
     if (dev->recorded.code)
         return dev->recorded.code(dev->recorded.context, port, pin, at);
     enum hil_pin_mode mode = hil_gpio_mode(dev->gpio, port, pin);
-    /* a pin used as an output: the converter reads the level that it drives */
+    /* the pin is used as an output, so the converter reads the level that it drives */
     if (mode == HIL_PIN_OUTPUT || mode == HIL_PIN_ALTERNATE)
         volts = hil_gpio_level(dev->gpio, port, pin) ? dev->vdda_v : 0.0;
     else
@@ -167,12 +168,12 @@ static void stop_on_overrun(struct hil_adc_device *dev, unsigned unit)
     struct hil_adc *a = &dev->state[unit];
     a->sr |= SR_OVR;
     a->is_sequence_running =
-        false; /* the sequence is lost; no new one until OVR is cleared (13.8.1) */
+        false; /* the sequence is lost, and no new one starts until OVR is cleared (13.8.1) */
     dev->core->state.counters.adc_overruns++;
     hil_trace(dev->core, "ADC%u overrun", unit == HIL_ADC1 ? 1 : 3);
 }
 
-/* Passes codes `delivered_count` to `ended` - 1 to DMA or to DR. */
+/* Passes the codes from `delivered_count` to `ended` - 1 to DMA or to DR. */
 static void deliver_codes(struct hil_adc_device *dev, unsigned unit, unsigned ended)
 {
     struct hil_adc *a = &dev->state[unit];
@@ -191,7 +192,8 @@ static void deliver_codes(struct hil_adc_device *dev, unsigned unit, unsigned en
             a->delivered_count = (uint8_t)(a->delivered_count + n);
             a->dr = a->code[a->delivered_count - 1];
             if (n == before && !(a->cr2 & CR2_DDS))
-                /* last item: no more requests until DMA is switched off and on */
+                /* this was the last item: no more requests until DMA is switched off and on
+                 * again */
                 a->has_dma_ended = true;
         } else {
             a->dr = a->code[a->delivered_count++];
@@ -229,7 +231,8 @@ static void schedule_conversion(struct hil_adc_device *dev, unsigned unit)
                           ? hil_dma_items_until_flag(dev->dma, &request)
                           : 0;
         uint32_t left = (uint32_t)a->sequence_length - a->delivered_count;
-        /* without DMA every conversion may matter (EOCS, overrun) */
+        /* without DMA, deliver single codes, because each conversion may have an effect (EOCS,
+         * overrun) */
         uint32_t n = room ? (room < left ? room : left) : 1;
         next = get_conversion_end(a, a->delivered_count + n - 1);
     }
@@ -281,7 +284,7 @@ static void check_sampling_time(struct hil_rules_device *rules, unsigned adc, un
                                    input, adc, ohm, sample_clocks, clock_hz * 1e-6, most_ohm);
 }
 
-/* Plans the sequence from the registers. False: the sequence is not possible. */
+/* Plans the sequence from the registers. Returns false if the sequence is not possible. */
 static bool plan_sequence(struct hil_adc_device *dev, unsigned unit)
 {
     static const uint16_t sample_clocks[8] = {3, 15, 28, 56, 84, 112, 144, 480};
@@ -376,7 +379,7 @@ void hil_adc_trigger(struct hil_adc_device *dev, unsigned extsel, bool rising, u
     }
 }
 
-/* Finds the converter to which a register belongs. False: its clock is off. */
+/* Finds the converter to which a register belongs. Returns false if its clock is off. */
 static bool find_unit(struct hil_adc_device *dev, uint32_t offset, unsigned *unit)
 {
     *unit = offset < 0x100 ? HIL_ADC1 : HIL_ADC3;
@@ -433,7 +436,7 @@ void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     struct hil_adc_device *dev = device;
     if (offset == COMMON_CCR) {
         *dev->ccr = value;
-        /* the clock has changed */
+        /* plan the sequences again, because the clock has changed */
         dev->state[HIL_ADC1].is_sequence_planned = dev->state[HIL_ADC3].is_sequence_planned = false;
         return;
     }
@@ -441,7 +444,8 @@ void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
         return;
     struct hil_adc *a = &dev->state[unit];
     advance_sequence(dev, unit, hil_now_cycle(dev->core));
-    a->is_sequence_planned = false; /* a sequence that is running continues unchanged */
+    /* only the next sequence uses the change; a running one continues */
+    a->is_sequence_planned = false;
     switch (offset & 0xffu) {
     case SR:
         if ((a->sr & SR_OVR) && !(value & SR_OVR))
@@ -462,15 +466,15 @@ void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 #define LAST_CODE        (HIL_ADC_CODES - 1u)
 #define PI               3.14159265358979323846
 
-/* uniform, -1 to 1 */
+/* Returns a number that is uniform from -1 to 1. */
 static double draw_uniform(uint64_t *random)
 {
     return (double)(mr_splitmix64(random) >> 11) * 0x1p-52 - 1.0;
 }
 
-/* Draws the errors of the capacitors, proportional to the root of their size. At a carry, the
- * capacitor of bit b replaces those of all lower bits, which gives a jump. The largest jump is
- * scaled to `jump_lsb`. */
+/* Draws random errors of the capacitors, proportional to the square root of their size. Where a bit
+ * carries, its capacitor replaces those of all lower bits, so the error jumps. The errors are
+ * scaled so that the largest jump is `jump_lsb`. */
 static void draw_carry_steps(float curve_lsb[HIL_ADC_CODES], double jump_lsb, uint64_t *random)
 {
     double off[BITS_WITH_ERRORS], all = 0.0, most = 0.0;

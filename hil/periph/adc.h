@@ -18,7 +18,7 @@
 
 struct hil_adc_errors;
 
-#define HIL_NOMINAL_VDDA_V 3.3 /* supply for which codes in the configuration are defined */
+#define HIL_NOMINAL_VDDA_V 3.3 /* supply voltage to which codes in the configuration refer */
 
 enum { HIL_ADC1, HIL_ADC3 };
 
@@ -30,20 +30,21 @@ struct hil_adc {
     bool is_sequence_running;
     uint64_t start_cycle;     /* start of the first sampling window */
     uint32_t clock_cycles;    /* HCLK cycles per ADC clock in this sequence */
-    bool is_sequence_planned; /* the plan of the sequence matches the registers */
-    /* HCLK for which `remaining_share` was computed, with `clock_cycles` */
+    bool is_sequence_planned; /* the planned sequence matches the registers */
+    /* HCLK for which `remaining_share` was computed (together with `clock_cycles`) */
     uint32_t planned_hclk_hz;
     uint8_t sequence_length, sampled_count, delivered_count;
     uint8_t channel[16];
     int8_t source[16]; /* source on the pin of channel[k], from hil_analogue.source */
     uint16_t conversion_end_clock[16]; /* ADC clocks from start to the end of conversion k */
     uint16_t code[16];
-    /* share of a step from the previous conversion that remains: hil_adc_remaining_share */
+    /* share of the step from the previous conversion that remains in conversion k
+     * (hil_adc_remaining_share) */
     double remaining_share[16];
     double sample_capacitor_v; /* voltage of the sample capacitor; used only with errors */
     uint64_t random_state;
     uint16_t trigger_levels; /* levels of the external triggers, by EXTSEL */
-    /* when the converter was switched on; used until the first conversion */
+    /* time at which the converter was switched on; used until the first conversion */
     struct hil_moment switched_on_at;
 };
 
@@ -58,15 +59,16 @@ struct hil_analogue {
     double (*source_ohm)(const void *context, int source);
 };
 
-/* Recorded codes in place of voltages: returns the code of a pin sampled at a cycle. */
+/* Recorded codes that replace voltages. */
 struct hil_recorded_codes {
     void *context;
-    uint16_t (*code)(void *context, unsigned port, unsigned pin, uint64_t at); /* NULL: no record */
+    /* returns the code of a pin sampled at a cycle; function NULL: no record */
+    uint16_t (*code)(void *context, unsigned port, unsigned pin, uint64_t at);
 };
 
 struct hil_adc_device {
     HIL_NEIGHBOUR_POINTERS;
-    struct hil_adc *state; /* both converters */
+    struct hil_adc *state; /* states of both converters */
     uint32_t *ccr;         /* register shared by both converters */
     struct hil_analogue analogue;
     struct hil_recorded_codes recorded;
@@ -74,8 +76,8 @@ struct hil_adc_device {
     const struct hil_adc_errors *errors; /* NULL: ideal */
 };
 
-/* Resets both converters, which share one reset line; `unit` is not used. In the calls for the bus
- * and the event queue, `device` is a struct hil_adc_device. */
+/* Resets both converters, which share one reset line; `unit` is not used. In all functions with a
+ * parameter `device`, it is a struct hil_adc_device. */
 void hil_adc_reset(void *device, unsigned unit);
 HIL_DECLARE_BUS_CALLS(adc)
 /* Call at an edge of an external trigger, identified by its EXTSEL code. */
@@ -99,15 +101,16 @@ void hil_adc3_event(void *device, uint64_t at);
 
 #define HIL_ADC_SOURCES         24u
 #define HIL_ADC_CODES           4096u
-#define HIL_ADC_NOISE_LSB       2.0   /* rms noise of the ideal board, which `noise` scales */
+/* rms noise of the ideal board, to which `noise_ratio` refers */
+#define HIL_ADC_NOISE_LSB       2.0
 #define HIL_ADC_SWITCH_MAX_OHM  6e3   /* RADC */
 #define HIL_ADC_CAPACITOR_MAX_F 7e-12 /* CADC */
 
 struct hil_adc_errors {
-    double offset_lsb[2]; /* ADC1, ADC3 */
+    double offset_lsb[2]; /* offset of ADC1 and ADC3 */
     double gain_lsb[2];   /* error at full scale */
     float inl_lsb[2][HIL_ADC_CODES];
-    double noise_ratio[HIL_ADC_SOURCES]; /* in units of HIL_ADC_NOISE_LSB */
+    double noise_ratio[HIL_ADC_SOURCES]; /* noise as a multiple of HIL_ADC_NOISE_LSB */
     double kickback_rel[HIL_ADC_SOURCES];
     double source_ohm[HIL_ADC_SOURCES];
 };
@@ -119,8 +122,8 @@ struct hil_adc_errors {
 #define HIL_ADC_DNL_MAX_LSB 2.0
 void hil_adc_draw_inl(float curve_lsb[HIL_ADC_CODES], double peak_lsb, uint64_t *random);
 
-/* Code of the real converter where an ideal one gives `ideal_code`, not rounded and not clipped;
- * `unit`: 0 ADC1, 1 ADC3. */
+/* Returns the code of a real converter for which an ideal one would give `ideal_code`, not rounded
+ * and not limited to the range; `unit`: 0 ADC1, 1 ADC3. */
 double hil_adc_code_with_errors(const struct hil_adc_errors *errors, unsigned unit,
                                 double ideal_code);
 

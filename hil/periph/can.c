@@ -41,13 +41,14 @@
 #define LEC_FORM          2u
 #define LEC_BIT_RECESSIVE 4u
 #define LEC_CRC           6u
-/* a node adds 8 to its error count for every eight dominant bits after its error flag */
+/* while the bus is dominant, a node adds 8 to its error count every eight bits */
 #define JAM_STEP_BITS     8u
 #define LEC_ACK           3u
 #define LEC_BIT_DOMINANT  5u
-#define SUSPEND_BITS      8u /* additional wait of an error-passive transmitter */
+#define SUSPEND_BITS      8u /* additional wait of an error-passive node before it transmits */
 #define JOIN_BUS_BITS     11u
-#define LEAVE_BUS_BITS    2u /* the manual gives no duration; HAL and libopencm3 wait, too */
+/* duration of leaving the bus; the manual gives none, but HAL and libopencm3 wait, too */
+#define LEAVE_BUS_BITS    2u
 #define RECOVERY_BITS     (128u * 11u)
 
 static uint64_t get_bit_cycles(const struct hil_can_device *dev)
@@ -119,7 +120,7 @@ static uint32_t get_tsr(const struct hil_can *c)
             last = m; /* pending mailbox with the lowest priority */
         }
     }
-    if (empty < 2) /* LOW marks a mailbox only if at least two are pending */
+    if (empty < 2) /* LOW is set only if at least two mailboxes are pending */
         value |= 1u << (29 + last);
     return value | (empty ? code : last) << 24;
 }
@@ -143,8 +144,8 @@ static void drop_other_node_frame(struct hil_can *c)
     c->other_node_queue_count--;
 }
 
-/* Returns the state of the bus as the board's transmitter sees it: a wrong bit rate, or pins not
- * switched to CAN, destroys every frame. */
+/* Returns the effective state of the bus for the board's transmitter, which includes a wrong bit
+ * rate or pins that are not switched to CAN: both destroy every frame. */
 static enum hil_can_bus get_effective_bus_state(const struct hil_can_device *dev)
 {
     enum hil_can_bus bus = dev->options->can_bus;
@@ -167,14 +168,15 @@ static void enter_phase(struct hil_can_device *dev, enum hil_can_phase phase, ui
     hil_event_set_cycle(dev->core, HIL_EVENT_CAN, from + bits * get_bit_cycles(dev));
 }
 
-/* True if the other node has a frame to send. Applies faults of the line to the frame first. */
+/* True if the other node has a frame to send. First applies the faults of the line to this
+ * frame. */
 static bool is_other_node_ready(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
     uint64_t now_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at);
     if (c->other_node_waits_until_ps > now_ps)
         return false;
-    if (c->other_node_waits_until_ps) { /* the delay of the frame has ended */
+    if (c->other_node_waits_until_ps) { /* the delay of the frame by a fault has ended */
         c->other_node_waits_until_ps = 0;
         return true;
     }
@@ -232,13 +234,14 @@ static void try_start(struct hil_can_device *dev, uint64_t at)
         /* the ACK slot stays recessive */
         length = bits.length - HIL_CAN_TAIL_BITS + 2u + HIL_CAN_ERROR_BITS;
     else if (!loopback && bus == HIL_CAN_SHORTED)
-        length = 1u + HIL_CAN_ERROR_BITS; /* the start of frame already reads back wrong */
+        /* the error is detected at the start of frame, which reads back wrong */
+        length = 1u + HIL_CAN_ERROR_BITS;
     c->sender = (int8_t)mine;
     c->is_abort_requested = false;
     c->is_frame_destroyed = !loopback && bus == HIL_CAN_CONNECTED &&
                             dev->line_calls.has_fault(dev->line_calls.context, HIL_CAN_OUT,
                                                       HIL_LINE_CORRUPT, "frame", frame.id);
-    if (c->is_frame_destroyed) /* CRC error: error flag and delimiter follow */
+    if (c->is_frame_destroyed) /* on a CRC error, an error flag and a delimiter follow */
         length = bits.length - HIL_CAN_TAIL_BITS + HIL_CAN_ERROR_BITS;
     enter_phase(dev, HIL_CAN_FRAME, at, length);
 }
@@ -304,11 +307,11 @@ static uint32_t make_identifier_word(const struct hil_can_frame *f)
 bool hil_can_match_filters(const struct hil_can *can, const struct hil_can_frame *frame,
                            unsigned *fifo, unsigned *match)
 {
-    unsigned number[2] = {0, 0}; /* filters so far, per FIFO; inactive banks count too */
+    unsigned number[2] = {0, 0}; /* number of filters so far, per FIFO; inactive banks count too */
     unsigned banks = can->fmr >> 8 & 0x3fu;
     uint32_t word = make_identifier_word(frame);
     bool found = false;
-    if (can->fmr & FMR_FINIT) /* reception is off while filters are written */
+    if (can->fmr & FMR_FINIT) /* nothing is received while filters are being written */
         return false;
     for (unsigned i = 0; i < banks && i < HIL_CAN_FILTER_BANKS; i++) {
         bool list = (can->fm1r >> i & 1u) != 0;
@@ -321,7 +324,7 @@ bool hil_can_match_filters(const struct hil_can *can, const struct hil_can_frame
         *fifo = to;
         *match = n + (list && off_a);
         found = true;
-        if (list) /* a list takes precedence over any mask */
+        if (list) /* a list match takes precedence over a mask match */
             break;
     }
     return found;
@@ -343,7 +346,7 @@ static void receive_frame(struct hil_can_device *dev, const struct hil_can_frame
         *(i < 4 ? &r.rdlr : &r.rdhr) |= (uint32_t)frame->data[i] << (8u * (i & 3u));
     if (c->fifo_count[f] == 3) {
         c->rfr[f] |= RFR_FOVR;
-        c->fifo[f][2] = r; /* overwrites the last frame */
+        c->fifo[f][2] = r; /* the frame overwrites the last one */
     } else {
         c->fifo[f][c->fifo_count[f]++] = r;
         if (c->fifo_count[f] == 3)
@@ -362,7 +365,7 @@ static void fail_transmission(struct hil_can_device *dev, unsigned m, enum hil_c
                  : dev->options->can_bus == HIL_CAN_CONNECTED ? LEC_FORM
                                                               : LEC_BIT_DOMINANT;
     c->esr = (bus == HIL_CAN_UNPLUGGED ? LEC_ACK : lec) << 4;
-    /* exception 1 of fault confinement: the only node on the bus */
+    /* exception 1 of fault confinement: the count stays if this is the only node on the bus */
     if (!(bus == HIL_CAN_UNPLUGGED && passive))
         c->tec += 8;
     if (c->is_abort_requested)
@@ -385,7 +388,7 @@ static void end_frame(struct hil_can_device *dev, uint64_t at)
     struct hil_can *c = dev->state;
     struct hil_can_frame frame;
     if (c->sender == HIL_CAN_SENDER_OTHER_NODE &&
-        c->is_frame_destroyed) { /* the other node sends again */
+        c->is_frame_destroyed) { /* the other node repeats its frame */
         dev->core->state.counters.can_errors++;
         c->esr = LEC_CRC << 4;
         c->rec++;
@@ -522,7 +525,7 @@ static void end_jam(struct hil_can_device *dev, uint64_t at)
         enter_phase(dev, HIL_CAN_JOINING, at, JOIN_BUS_BITS);
     else if (c->phase == HIL_CAN_BUS_OFF && (c->mcr & MCR_ABOM))
         enter_phase(dev, HIL_CAN_BUS_OFF, at, RECOVERY_BITS);
-    else if (c->phase == HIL_CAN_JAMMED) /* error delimiter and intermission */
+    else if (c->phase == HIL_CAN_JAMMED) /* the time of error delimiter and intermission follows */
         enter_phase(dev, HIL_CAN_GAP, at, JOIN_BUS_BITS);
 }
 
@@ -545,7 +548,7 @@ void hil_can_reset(void *device, unsigned unit)
     struct hil_can *c = dev->state;
     struct hil_can before = *c;
     *c = (struct hil_can){.mcr = 0x00010002, .msr = MSR_SLAK, .btr = 0x01230000, .fmr = 0x2a1c0e01};
-    /* frames queued by the other node survive the board's reset */
+    /* keep the frames queued by the other node, which the board's reset does not affect */
     c->other_node_waits_until_ps = before.other_node_waits_until_ps;
     c->other_node_queue_head = before.other_node_queue_head;
     c->other_node_queue_count = before.other_node_queue_count;
@@ -585,7 +588,7 @@ uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset)
     if (offset >= FIFOS)
         return c->fifo[(offset - FIFOS) / 16u][0].word[offset / 4u % 4u];
     switch (offset) {
-    case MSR: /* RX and SAMP show the pin, recessive between frames */
+    case MSR: /* RX and SAMP show the level of the pin, which is recessive between frames */
         return c->msr | 0xc00u |
                (uint32_t)(in_frame && c->sender != HIL_CAN_SENDER_OTHER_NODE) << 8 |
                (uint32_t)(in_frame && c->sender == HIL_CAN_SENDER_OTHER_NODE) << 9;
@@ -597,8 +600,8 @@ uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset)
     }
 }
 
-/* Flags are cleared by writing 1: writing back the value read also clears flags that were set in
- * between. */
+/* Stops the run if the firmware writes back flags that it read. A flag is cleared by writing 1, so
+ * this could clear flags that were set in between. */
 static void refuse_flags_written_back(struct hil_can_device *dev, uint32_t status)
 {
     if (status)
@@ -612,7 +615,7 @@ static void write_tsr(struct hil_can_device *dev, uint32_t value)
     refuse_flags_written_back(dev, value & TSR_STATUS);
     for (unsigned m = 0; m < 3; m++) {
         uint32_t bits = value >> (8u * m);
-        if (bits & 1u) /* clearing RQCP also clears TXOK, ALST and TERR */
+        if (bits & 1u) /* RQCP also clears TXOK, ALST and TERR */
             c->tsr &= ~(0xfu << (8u * m));
         if ((bits & 0x80u) && !is_mailbox_empty(c, m)) { /* ABRQ */
             bool begun = c->phase == HIL_CAN_FRAME;
@@ -675,14 +678,14 @@ static void write_control_register(struct hil_can_device *dev, uint32_t offset, 
         c->mcr = value;
         update_mode(dev, hil_now_cycle(dev->core));
         break;
-    case MSR: /* ERRI, WKUI, SLAKI are never set */ break;
+    case MSR: /* nothing to clear: ERRI, WKUI and SLAKI are never set */ break;
     case TSR: write_tsr(dev, value); break;
     case RF0R:
     case RF1R:
         refuse_flags_written_back(dev, value & RFR_FMP);
         release_fifo(c, (offset - RF0R) / 4u, value);
         break;
-    case ESR: /* software can write LEC to detect a later change */ c->esr = value & 0x70u; break;
+    case ESR: /* software may write LEC to detect a later change */ c->esr = value & 0x70u; break;
     default:
         if (offset == BTR && !(c->msr & MSR_INAK))
             hil_bus_refuse(dev->core,

@@ -1,13 +1,14 @@
 /* CAN1, the bxCAN controller (RM0090 32), and its bus.
  *
  * A frame occupies the bus for its exact number of bits, including stuff bits, at the rate set by
- * BTR. The other side is a single node. It acknowledges, receives at the last bit of end of frame,
- * and sends frames in the given order; it arbitrates by identifier with the board's mailboxes
- * whenever the bus becomes free. Without the other node there is no acknowledge, and TEC rises to
- * 128 and stays there. With shorted wires, a wrong bit rate, or pins that are not in CAN mode there
- * are bit errors, and TEC rises to bus-off. If the bus is held dominant, no frame begins and
- * initialisation is not left; a transmitter counts up to bus-off and a receiver to error passive,
- * by 8 for every eight bits. CAN2 and time-triggered mode are not modelled. */
+ * BTR. The other end is a single node. It acknowledges frames, receives a frame at the last bit of
+ * end of frame, and sends its frames in the given order. Whenever the bus becomes free, its frame
+ * and the board's mailboxes arbitrate by identifier. Without the other node, no frame is
+ * acknowledged, and TEC rises to 128 and stays there. With shorted wires, a wrong bit rate, or pins
+ * that are not in CAN mode there are bit errors, and TEC rises to bus-off. If the bus is held
+ * dominant, no frame begins and initialisation does not end; the error count rises by 8 every eight
+ * bits, of a transmitter up to bus-off and of a receiver up to error passive. CAN2 and
+ * time-triggered mode are not modelled. */
 #ifndef MATRIG_HIL_CAN_H
 #define MATRIG_HIL_CAN_H
 
@@ -22,12 +23,12 @@
 #define HIL_CAN_QUEUE_LENGTH      64u
 #define HIL_CAN_FILTER_BANKS      28u
 #define HIL_CAN_OTHER_NODE_HZ     1000000u
-/* the other node as a sender; the senders of the board are its mailboxes */
+/* number of the other node as sender; the senders 0 to 2 are the board's mailboxes */
 #define HIL_CAN_SENDER_OTHER_NODE 3
 
 struct hil_can_mailbox {
     HIL_NAMED_WORDS(word, tir, tdtr, tdlr, tdhr);
-    uint32_t request_number; /* requests are numbered in the order in which they were made */
+    uint32_t request_number; /* numbers the requests in the order in which they were made */
 };
 
 struct hil_can_received_frame {
@@ -37,9 +38,9 @@ struct hil_can_received_frame {
 enum hil_can_phase {
     HIL_CAN_IDLE,
     HIL_CAN_FRAME,   /* from start of frame to the end of the frame or of an error */
-    HIL_CAN_GAP,     /* intermission, including the suspended transmission of a passive node */
+    HIL_CAN_GAP,     /* intermission, and the pause after it that a passive node must make */
     HIL_CAN_JOINING, /* leaving initialisation: waiting for 11 recessive bits */
-    HIL_CAN_BUS_OFF, /* bus-off, waiting to return */
+    HIL_CAN_BUS_OFF, /* bus-off: waiting for recovery */
     HIL_CAN_JAMMED,  /* the bus is held dominant: the error counters rise */
     HIL_CAN_LEAVING, /* entering initialisation */
 };
@@ -72,7 +73,7 @@ struct hil_can_device {
     struct hil_line_calls line_calls;
 };
 
-/* Queues a frame of the other node; the frame waits for the bus and arbitrates. MR_OK; MR_FULL:
+/* Queues a frame of the other node; the frame waits for the bus and arbitrates. MR_FULL:
  * HIL_CAN_QUEUE_LENGTH frames are waiting. */
 enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_frame *frame);
 void hil_can_set_bus(struct hil_can_device *dev, enum hil_can_bus can_bus);

@@ -5,7 +5,7 @@
 struct stream {
     struct hil_can_bits bits;
     unsigned last_level; /* level of the last bit sent */
-    unsigned equal_bits; /* number of equal bits up to and including the last one */
+    unsigned equal_bits; /* number of equal bits in a row, including the last one */
 };
 
 static void send_bit(struct stream *s, unsigned bit)
@@ -13,7 +13,7 @@ static void send_bit(struct stream *s, unsigned bit)
     s->equal_bits = s->bits.length && bit == s->last_level ? s->equal_bits + 1u : 1u;
     s->last_level = bit;
     s->bits.length++;
-    if (s->equal_bits == 5) { /* a stuff bit of the other level follows and begins the next run */
+    if (s->equal_bits == 5) { /* a stuff bit of the opposite level follows and begins a new run */
         s->last_level = !bit;
         s->equal_bits = 1;
         s->bits.length++;

@@ -9,12 +9,13 @@
 enum hil_can_bus {
     HIL_CAN_CONNECTED, /* the other node acknowledges */
     HIL_CAN_UNPLUGGED, /* no node acknowledges */
-    HIL_CAN_SHORTED,   /* shorted wires: every bit reads back recessive */
-    HIL_CAN_DOMINANT,  /* held dominant: no frame can begin, and no node leaves initialisation */
+    HIL_CAN_SHORTED,   /* the wires are shorted: every bit reads back recessive */
+    /* the bus is held dominant: no frame can begin, and no node leaves initialisation */
+    HIL_CAN_DOMINANT,
 };
 
 struct hil_can_frame {
-    uint32_t id; /* 11 or 29 bits */
+    uint32_t id; /* identifier of 11 or 29 bits */
     bool is_extended;
     bool is_remote;
     uint8_t length; /* 0..8 */
@@ -29,7 +30,7 @@ struct hil_can_frame {
 
 struct hil_can_bits {
     uint16_t crc;        /* CRC-15 of the frame */
-    unsigned stuff_bits; /* stuff bits inserted */
+    unsigned stuff_bits; /* number of inserted stuff bits */
     /* bits from start of frame to the last bit of end of frame, including stuff bits */
     unsigned length;
 };

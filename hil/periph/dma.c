@@ -59,7 +59,7 @@ static void stop_after_error(struct hil_dma_device *dev, unsigned unit, unsigned
     raise_flag(dev, unit, stream, FLAG_TRANSFER_ERROR);
 }
 
-/* Memory accessible to DMA: SRAM, and flash for reading; not the CCM. */
+/* Finds memory that DMA can access: SRAM, and flash for reading; not the CCM. */
 static uint8_t *find_memory(struct hil_dma_device *dev, uint32_t address, uint32_t n, bool write)
 {
     if (address - HIL_CCM_BASE < HIL_CCM_SIZE || address < HIL_FLASH_SIZE)
@@ -118,7 +118,7 @@ uint32_t hil_dma_items_until_flag(struct hil_dma_device *dev, const struct hil_d
     return s->ndtr > to_half ? s->ndtr - to_half : s->ndtr;
 }
 
-/* Address on this computer of the next n items, or NULL after a transfer error. */
+/* Returns the address on this computer of the next n items; NULL after a transfer error. */
 static uint8_t *find_next_items_memory(struct hil_dma_device *dev, const struct hil_dma_request *r,
                                        uint32_t n)
 {
@@ -141,7 +141,7 @@ void hil_dma_write_items(struct hil_dma_device *dev, const struct hil_dma_reques
     uint8_t *memory = find_next_items_memory(dev, r, n);
     if (!memory)
         return;
-    /* true for nearly all transfers */
+    /* true for nearly all transfers: halfwords with incrementing addresses */
     bool halves = bytes == sizeof values[0] && (s->cr & CR_MINC);
     if (halves)
         memcpy(memory, values, n * sizeof values[0]);
@@ -174,7 +174,7 @@ void hil_dma_move_register(struct hil_dma_device *dev, unsigned controller, unsi
     struct hil_dma_stream *s = &dev->state[controller].stream[stream];
     struct hil_dma_request r = {controller, stream, channel, s->par, false};
     if (!hil_dma_items_until_flag(dev, &r))
-        return; /* without service the flag stays set and the next capture is an overrun */
+        return; /* not served: the flag stays set, and the next capture is an overrun */
     uint32_t value = hil_bus_read(dev->core, s->par, get_item_bytes(s));
     uint8_t *memory = find_next_items_memory(dev, &r, 1);
     if (!memory)
@@ -231,7 +231,7 @@ uint32_t hil_dma_read(void *device, unsigned unit, uint32_t offset)
     struct hil_dma_device *dev = device;
     struct hil_dma *dma = &dev->state[unit];
     advance_clients(dev, unit);
-    if (offset < STREAMS) /* LIFCR and HIFCR are write-only */
+    if (offset < STREAMS) /* LIFCR and HIFCR cannot be read */
         return offset < LIFCR ? dma->isr[offset / 4u] : 0;
     return dma->stream[(offset - STREAMS) / STREAM_BYTES]
         .word[(offset - STREAMS) % STREAM_BYTES / 4u];
@@ -256,10 +256,10 @@ static void write_cr(struct hil_dma_device *dev, unsigned unit, unsigned stream,
 {
     struct hil_dma_stream *s = &dev->state[unit].stream[stream];
     bool was_on = (s->cr & CR_EN) != 0;
-    if (was_on) { /* while the stream runs only the enable bits can change */
+    if (was_on) { /* while a stream runs, only its enable bits can be changed */
         s->cr = (s->cr & ~0x1fu) | (value & 0x1fu);
         if (!(value & CR_EN))
-            /* suspended: TC signals the end of the last item (10.3.14) */
+            /* the stream was suspended: TC shows that the last item has been moved (10.3.14) */
             raise_flag(dev, unit, stream, FLAG_TRANSFER_COMPLETE);
     } else {
         s->cr = value & ~CR_EN;

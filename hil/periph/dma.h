@@ -16,13 +16,14 @@
 
 struct hil_dma_stream {
     HIL_NAMED_WORDS(word, cr, ndtr, par, m0ar, m1ar, fcr);
-    uint32_t reload_count; /* NDTR when the stream was enabled */
+    uint32_t reload_count; /* NDTR at the time the stream was enabled */
 };
 
 struct hil_dma {
     uint32_t isr[2]; /* LISR, HISR */
     struct hil_dma_stream stream[8];
-    /* a read of flash blocks the memory port, and so all streams of the controller */
+    /* a stream waits for a read of flash, which blocks the memory port and therefore all streams of
+     * the controller */
     bool is_waiting_for_flash;
 };
 
@@ -30,7 +31,7 @@ struct hil_dma_request {
     unsigned controller; /* 0: DMA1, 1: DMA2 */
     unsigned stream;
     unsigned channel;
-    uint32_t peripheral_address; /* required value of PAR */
+    uint32_t peripheral_address; /* address that PAR must contain */
     bool is_from_memory;
 };
 
@@ -60,8 +61,8 @@ HIL_DECLARE_BUS_CALLS(dma)
 void hil_dma_on_flash_ready(void *device);
 
 /* Number of items that the stream can move now, up to and including the item that raises a flag or
- * ends the transfer. 0: the stream does not serve this request (off, different channel or
- * direction). A wrong PAR stops the run. */
+ * ends the transfer. Returns 0 if the stream does not serve this request (it is off, or has a
+ * different channel or direction). A wrong PAR stops the run. */
 uint32_t hil_dma_items_until_flag(struct hil_dma_device *dev,
                                   const struct hil_dma_request *request);
 /* Move n items, 1 <= n <= hil_dma_items_until_flag. Values are in the low bits of 16-bit words; a

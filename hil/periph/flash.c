@@ -43,7 +43,7 @@
 #define OPTCR_OPTION_BITS 0x0fffffecu
 #define OPTIONS_ERASED    0x0fffffecu /* protection byte 0xff: level 1 */
 #define PROGRAM_ROW_BYTES 16u
-#define PSIZE_NEEDS_VPP   3u /* PSIZE x64 */
+#define PSIZE_NEEDS_VPP   3u /* value of PSIZE for x64, which needs VPP */
 
 /* State of an unlocking sequence. */
 enum { KEY_STEP_LOCKED, KEY_STEP_ONE_KEY, KEY_STEP_UNLOCKED, KEY_STEP_BLOCKED };
@@ -75,7 +75,7 @@ uint32_t hil_flash_sector_start(unsigned sector)
 uint64_t hil_cell_operation_ps(enum hil_cell_times times, uint32_t typical_us, uint32_t maximum_us,
                                uint64_t *random)
 {
-    /* drawn in any mode, so that later draws stay the same */
+    /* drawn in every mode, so that later random numbers do not depend on the mode */
     double u = mr_splitmix64_uniform(random);
     if (times != HIL_TIMES_RANDOM)
         return (times == HIL_TIMES_TYPICAL ? typical_us : maximum_us) * 1000000ull;
@@ -85,8 +85,9 @@ uint64_t hil_cell_operation_ps(enum hil_cell_times times, uint32_t typical_us, u
     return (uint64_t)((typical_us + (maximum_us - typical_us) * u) * 1e6);
 }
 
-/* 64 independent bits, each 1 with probability permille / 1000. From the lowest of ten binary
- * digits of the probability upwards, a digit 1 is an OR with a random word, a digit 0 an AND. */
+/* Returns 64 independent bits, each 1 with probability permille / 1000. Goes through the ten binary
+ * digits of the probability from the lowest up: for a digit 1 combines with a random word by OR,
+ * for a digit 0 by AND. */
 static uint64_t draw_biased_bits(unsigned permille, uint64_t *random)
 {
     unsigned p = permille * 1024u / 1000u;
@@ -185,7 +186,7 @@ static void change_cells_partly(struct hil_flash_device *dev, unsigned permille)
         hil_cells_change_partly(cells, NULL, flash->size, permille, &flash->random_state);
         break;
     case HIL_FLASH_WRITE_OPTIONS:
-        /* regression to level 0 erases everything */
+        /* changing the protection from level 1 to 0 erases everything */
         if (get_protection_level(flash->option_bytes) == 1 &&
             get_protection_level(flash->value) == 0)
             hil_cells_change_partly(dev->core->memory->flash, NULL, HIL_FLASH_SIZE, permille,
@@ -264,7 +265,7 @@ void hil_flash_load(void *device, uint32_t address)
                                sector, (unsigned)address);
 }
 
-/* An interrupted operation leaves its cells partly changed. */
+/* Called when an operation is interrupted: its cells remain partly changed. */
 void hil_flash_interrupt_operation(struct hil_flash_device *dev)
 {
     const struct hil_flash *flash = dev->state;
@@ -296,7 +297,8 @@ static bool is_boot_rom_selected(const struct hil_flash_device *dev)
 void hil_flash_reset(struct hil_flash_device *dev)
 {
     struct hil_flash *flash = dev->state;
-    /* RM0090 3.6: "If a device reset occurs ... the contents are not guaranteed" */
+    /* a reset interrupts the operation (RM0090 3.6: "If a device reset occurs ... the contents are
+     * not guaranteed") */
     hil_flash_interrupt_operation(dev);
     flash->sr = 0;
     flash->cr = CR_LOCK;
@@ -316,7 +318,7 @@ static void program_cells(struct hil_flash_device *dev, uint32_t offset, unsigne
 {
     struct hil_flash *flash = dev->state;
     uint32_t address = HIL_FLASH_BASE + offset;
-    wait_for_operation_end(dev); /* a second write stalls the bus */
+    wait_for_operation_end(dev); /* a second write stalls the bus until the first has ended */
     if (!(flash->cr & CR_PG)) {
         set_error_flag(dev, SR_PGSERR, "store without CR.PG", address);
     } else if (offset % PROGRAM_ROW_BYTES + size > PROGRAM_ROW_BYTES) {
@@ -336,7 +338,7 @@ void hil_flash_store(void *device, uint32_t address, unsigned size, uint64_t val
     struct hil_flash_device *dev = device;
     uint32_t offset = address < HIL_FLASH_SIZE ? address : address - HIL_FLASH_BASE;
     program_cells(dev, offset, size == 8 ? 4 : size, (uint32_t)value);
-    if (size == 8) /* two words on the bus */
+    if (size == 8) /* eight bytes are two words on the bus */
         program_cells(dev, offset + 4u, 4, (uint32_t)(value >> 32));
 }
 
@@ -346,7 +348,8 @@ static void erase_cells(struct hil_flash_device *dev)
     unsigned sector = flash->cr >> 3 & 15u;
     bool all = (flash->cr & CR_MER) != 0;
     if (all == ((flash->cr & CR_SER) != 0)) {
-        /* with both bits neither is performed (3.6.3); with none there is nothing to start */
+        /* With both bits set, neither operation is performed (3.6.3); with none, there is nothing
+         * to start. */
         set_error_flag(dev, 0, "STRT is set, but not exactly one of SER and MER", HIL_FLASH_BASE);
         flash->cr &= ~CR_STRT;
         return;
@@ -394,7 +397,7 @@ static void write_optcr(struct hil_flash_device *dev, uint32_t value)
         flash->option_key_step = KEY_STEP_LOCKED;
     if (!(value & OPTCR_STRT))
         return;
-    if (get_protection_level(flash->option_bytes) == 2) { /* permanent (3.7.3) */
+    if (get_protection_level(flash->option_bytes) == 2) { /* level 2 is permanent (3.7.3) */
         set_error_flag(dev, SR_WRPERR, "option change at protection level 2", 0x1fffc000u);
         return;
     }
@@ -406,12 +409,12 @@ static void write_optcr(struct hil_flash_device *dev, uint32_t value)
                       get_protection_level(value) == 0;
     flash->value = value & OPTCR_OPTION_BITS;
     flash->optcr |= OPTCR_STRT;
-    /* The data sheet gives no time for option bytes; the time of a 16 KiB sector is used. */
+    /* The data sheet gives no time for option bytes, so the time of a 16 KiB sector is used. */
     begin_operation(dev, HIL_FLASH_WRITE_OPTIONS, regression ? &erase_all_time : &erase_16k_time);
 }
 
-/* Checks one key of a sequence. True: the register is unlocked. A wrong key locks it until the next
- * reset. */
+/* Checks one key of a sequence. Returns true if the register is now unlocked. A wrong key locks it
+ * until the next reset. */
 static bool check_unlock_key(struct hil_flash_device *dev, uint8_t *step, uint32_t value,
                              uint32_t first, uint32_t second)
 {

@@ -38,17 +38,18 @@ enum hil_flash_operation {
 };
 
 struct hil_flash {
-    /* in_rcc: ACR, which is in struct hil_rcc */
+    /* in_rcc: position of ACR, which is stored in struct hil_rcc */
     HIL_NAMED_WORDS(word, in_rcc, keyr, optkeyr, sr, cr, optcr);
     uint8_t key_step,
-        option_key_step; /* steps of the unlocking sequences; see check_unlock_key() */
+        option_key_step; /* steps of the unlocking sequences (enum of KEY_STEP_LOCKED, ...) */
     enum hil_flash_operation operation;
-    /* program: offset in flash, value and bytes; erase: offset and bytes */
+    /* operation in progress. Program: offset in flash, value, number of bytes. Erase: offset,
+     * number of bytes */
     uint32_t address, value, size;
     uint64_t begin_ps, end_ps; /* start and end of the operation */
     /* the following members survive resets */
     uint32_t option_bytes;    /* programmed option bytes, layout of FLASH_OPTCR */
-    uint64_t operation_count; /* operations begun since creation, words and sectors */
+    uint64_t operation_count; /* number of operations begun since creation (words and sectors) */
     uint64_t random_state;
 };
 
@@ -92,7 +93,7 @@ uint64_t hil_cell_operation_ps(enum hil_cell_times times, uint32_t typical_us, u
 
 /* Computes the content after an operation that was to change the n bytes of `cells` to `wanted`
  * (NULL: to 0xff) and was interrupted after `permille` of its time. Each bit that was to change has
- * changed with that probability, independently of the others: at 1000 all bits, at 0 none. */
+ * done so with the probability permille / 1000, independently of the others. */
 void hil_cells_change_partly(uint8_t *cells, const uint8_t *wanted, size_t n, unsigned permille,
                              uint64_t *random);
 

@@ -132,7 +132,7 @@ void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bo
     p->outside_driven_pins |= bit;
     p->outside_levels = (uint16_t)(level ? p->outside_levels | bit : p->outside_levels & ~bit);
     bool after = hil_gpio_level(dev, port, pin);
-    /* Without the alternate function the peripheral sees no edges. */
+    /* without the alternate function, the peripheral does not receive edges of the pin */
     const struct hil_pin *user = after != before ? find_pin_user(dev, port, pin) : NULL;
     if (user && user->edge)
         user->edge(user->context, user->channel, after, at);
@@ -182,7 +182,7 @@ void hil_gpio_write(void *device, unsigned unit, uint32_t offset, uint32_t value
     struct hil_gpio_port *p = &dev->state->port[unit];
     if (offset == MODER && !check_pins(dev, unit, value))
         return;
-    if (offset == HIL_GPIO_BSRR) /* set wins over reset */
+    if (offset == HIL_GPIO_BSRR) /* if a bit is both set and reset, set has priority */
         p->odr = ((p->odr & ~(value >> 16)) | value) & 0xffffu;
     else
         p->word[offset / 4u] = value;

@@ -2,9 +2,9 @@
  * of a pin.
  *
  * The level of a pin is determined by the first of these that applies: ODR and OTYPER in output
- * mode; the peripheral in alternate mode; the outside connection; an outside resistor; the internal
- * pull. A pin held by none of these floats. It reads as low here, and a decision that depends on it
- * violates a rule (rules.def, FLOATING). */
+ * mode; the peripheral in alternate mode; an outside driver; an outside resistor; the internal
+ * pull-up or pull-down. Without any of these, the pin floats. It reads as low here, and a decision
+ * that depends on it violates a rule (rules.def, FLOATING). */
 #ifndef MATRIG_HIL_GPIO_H
 #define MATRIG_HIL_GPIO_H
 
@@ -35,9 +35,9 @@ struct hil_pin {
     void *context;
     int alternate_function;
     unsigned channel;
-    /* NULL: the part only reads the pin */
+    /* returns the level that the part drives; NULL: the part only reads the pin */
     bool (*level)(const void *context, unsigned channel, bool *drives);
-    /* an outside driver changed the level; NULL: not needed */
+    /* called when an outside driver has changed the level; NULL: not needed */
     void (*edge)(void *context, unsigned channel, bool level, uint64_t at);
 };
 
@@ -52,8 +52,8 @@ struct hil_pin_listener {
 struct hil_gpio_device {
     HIL_NEIGHBOUR_POINTERS;
     struct hil_gpio *state;
-    const struct hil_pin *alternate_pins[HIL_GPIO_PORTS][16]; /* NULL: no peripheral */
-    /* NULL: unconnected, or driven by hil_gpio_drive */
+    const struct hil_pin *alternate_pins[HIL_GPIO_PORTS][16]; /* peripherals by pin; NULL: none */
+    /* outside parts by pin; NULL: unconnected, or driven by hil_gpio_drive */
     const struct hil_pin *outside_pins[HIL_GPIO_PORTS][16];
     /* listeners for ports B, D and E, called in this order */
     struct hil_pin_listener listener[HIL_PIN_LISTENERS_MAX];
@@ -71,7 +71,7 @@ struct hil_gpio_device {
 /* Adds a listener; aborts if there are more than HIL_PIN_LISTENERS_MAX. */
 void hil_gpio_add_listener(struct hil_gpio_device *dev, void (*changed)(void *context, uint64_t at),
                            void *context);
-/* Level function for a peripheral whose pin rests high and whose edges are not modelled. */
+/* Level function of a peripheral whose pin is always high, because its edges are not modelled. */
 bool hil_gpio_is_high_at_rest(const void *context, unsigned channel, bool *drives);
 
 /* Call for the bus; `device` is a struct hil_gpio_device, `unit` a port. */

@@ -27,7 +27,7 @@
 #define SR1_BERR               (1u << 8)
 #define SR1_ARLO               (1u << 9)
 #define SR1_AF                 (1u << 10)
-#define SR1_ERRORS             0xdf00u /* cleared by writing 0 */
+#define SR1_ERRORS             0xdf00u /* the error flags, which are cleared by writing 0 */
 #define CCR_FS                 (1u << 15)
 #define CCR_DUTY               (1u << 14)
 #define TRISE_RESET            2u
@@ -68,7 +68,8 @@ static void set_phase(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uint
     i2c->phase = phase;
     i2c->phase_begin_cycle = at;
     i2c->phase_end_cycle = periods ? at + periods * get_scl_period_cycles(dev) : HIL_NEVER;
-    if (periods == SCL_PERIODS_PER_BYTE) { /* the slave may hold the clock low */
+    /* the slave may hold the clock low at the end of a byte */
+    if (periods == SCL_PERIODS_PER_BYTE) {
         double stretch_s = (double)dev->slave.bus_faults->stretch_ps * 1e-12;
         i2c->phase_end_cycle += (uint64_t)(stretch_s * (double)dev->core->state.clock.hclk_hz);
         dev->slave.bus_faults->stretch_ps = 0;
@@ -86,8 +87,8 @@ static void leave_bus(struct hil_i2c_device *dev)
     i2c->phase_end_cycle = HIL_NEVER;
 }
 
-/* Detects lost arbitration: the first 1 sent while SDA is held low looks like another master
- * (27.3.4). */
+/* Detects lost arbitration: if SDA is held low, the first 1 that the master sends reads back as 0,
+ * as if another master were sending (27.3.4). */
 static bool check_arbitration_loss(struct hil_i2c_device *dev, uint8_t byte)
 {
     if (byte == 0 || !is_holding_sda(dev))
@@ -114,7 +115,7 @@ static void check_start_timing(struct hil_i2c_device *dev, bool repeated)
         hil_rules_record_pass(dev->rules, HIL_RULE_REPEATED_START);
 }
 
-/* Makes a requested stop or repeated start after a byte. */
+/* Generates the requested stop or repeated start after a byte. */
 static bool try_stop_or_restart(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
@@ -126,7 +127,7 @@ static bool try_stop_or_restart(struct hil_i2c_device *dev, uint64_t at)
     return true;
 }
 
-/* Makes a requested stop or start at once in states that only software ends. */
+/* Generates the requested stop or start at once in states that end only by such a request. */
 static void handle_bus_request(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
@@ -134,7 +135,7 @@ static void handle_bus_request(struct hil_i2c_device *dev, uint64_t at)
         return;
     switch (i2c->phase) {
     case HIL_I2C_IDLE:
-        i2c->cr1 &= ~CR1_STOP; /* there is no transfer to stop */
+        i2c->cr1 &= ~CR1_STOP; /* there is no transfer that could be stopped */
         if (is_requested(i2c, CR1_START) && !i2c->is_busy && are_pins_connected(dev)) {
             check_start_timing(dev, false);
             set_phase(dev, HIL_I2C_STARTING, at, 1);
@@ -232,7 +233,7 @@ static void end_received_byte(struct hil_i2c_device *dev, uint64_t at)
 static void end_stop(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
-    if (is_holding_sda(dev)) { /* SDA does not rise: STOP and BUSY stay set */
+    if (is_holding_sda(dev)) { /* SDA does not rise, so STOP and BUSY stay set */
         i2c->phase_end_cycle = HIL_NEVER;
         return;
     }
@@ -265,18 +266,20 @@ void hil_i2c_on_lines_changed(void *device, uint64_t at)
     struct hil_i2c *i2c = dev->state;
     bool scl = hil_gpio_level(dev->gpio, PORT_B, SCL_PIN);
     if (i2c->scl_level && !scl && dev->slave.bus_faults->clocks_until_release)
-        dev->slave.bus_faults
-            ->clocks_until_release--; /* one more bit of the byte in which the slave hangs */
+        dev->slave
+            .bus_faults
+            /* the clock completes one more bit of the byte in which the slave hangs */
+            ->clocks_until_release--;
     hil_gpio_drive(dev->gpio, PORT_B, SDA_PIN, !is_holding_sda(dev), at);
     bool sda = hil_gpio_level(dev->gpio, PORT_B, SDA_PIN);
     bool condition = sda != i2c->sda_level && scl &&
-                     i2c->scl_level; /* start: SDA falls; stop: SDA rises */
+                     i2c->scl_level; /* a start is a fall of SDA while SCL is high, a stop a rise */
     bool in_byte = i2c->phase == HIL_I2C_ADDRESSING || i2c->phase == HIL_I2C_SENDING ||
                    i2c->phase == HIL_I2C_RECEIVING;
     if (condition && sda && !in_byte)
         dev->slave.stop(dev->slave.context);
     if (are_pins_connected(dev)) {
-        /* SCL is high in the second half of the period */
+        /* SCL is high only in the second half of each period */
         if (condition && in_byte &&
             (at - i2c->phase_begin_cycle) % get_scl_period_cycles(dev) >=
                 get_scl_period_cycles(dev) / 2)
@@ -292,7 +295,7 @@ void hil_i2c_on_lines_changed(void *device, uint64_t at)
     hil_event_set_cycle(dev->core, HIL_EVENT_I2C, dev->state->phase_end_cycle);
 }
 
-/* Stops in the middle of a byte that is being read: the slave continues to hold its bit. */
+/* Ends a transfer in the middle of a byte that is being read: the slave still drives its bit. */
 static void abandon_transfer(struct hil_i2c_device *dev)
 {
     struct hil_i2c *i2c = dev->state;
@@ -328,7 +331,7 @@ uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
     switch (offset) {
     case DR:
         value = i2c->dr;
-        if (i2c->sr1 & SR1_BTF && i2c->sr1 & SR1_RXNE) { /* the next byte moves up */
+        if (i2c->sr1 & SR1_BTF && i2c->sr1 & SR1_RXNE) { /* the second byte moves to DR */
             i2c->dr = i2c->shifted_byte;
             i2c->sr1 &= ~SR1_BTF;
             if (i2c->phase == HIL_I2C_RECEIVER_FULL)
@@ -351,7 +354,7 @@ uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
                 handle_bus_request(dev, now);
             } else {
                 i2c->acknowledges_next_byte =
-                    true; /* POS: ACK applies to the byte after this one */
+                    true; /* with POS, ACK applies to the byte after this one */
                 begin_byte(dev, HIL_I2C_RECEIVING, now);
             }
             hil_event_set_cycle(dev->core, HIL_EVENT_I2C, dev->state->phase_end_cycle);
@@ -370,7 +373,8 @@ static const char *check_settings(const struct hil_i2c_device *dev)
     uint32_t rise_ns = i2c->ccr & CCR_FS ? 300u : 1000u;
     if ((i2c->cr2 & CR2_FREQ) != pclk1_mhz)
         return "PE is set, but CR2.FREQ is not PCLK1 in MHz";
-    if (i2c->trise != rise_ns * pclk1_mhz / 1000u + 1u) /* RM0090 27.6.9 */
+    /* required value of TRISE (RM0090 27.6.9) */
+    if (i2c->trise != rise_ns * pclk1_mhz / 1000u + 1u)
         return "PE is set, but TRISE does not give the maximum rise time of SCL";
     return (i2c->ccr & 0xfffu) < least ? "PE is set, but CCR is below its minimum" : NULL;
 }

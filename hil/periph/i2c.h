@@ -5,11 +5,12 @@
  * The master holds SCL low while SB, ADDR or BTF wait for the program, as hardware does. BUSY is
  * set by a low line and cleared by a stop condition, a software reset or a reset of the peripheral,
  * but not by a line that returns high while SCL is low. While the pins are not in I2C mode, I2C1
- * ignores them. Transfers are modelled byte by byte: the acknowledge at the end of a byte follows
- * ACK at that time (with POS: ACK at the end of the previous byte). If a line is held low,
- * arbitration is lost at the first 1 sent. When the program drives the pins as outputs, the slave
- * receives clocks, starts and stops, but no bytes. In addition to registers.def, 10-bit addresses
- * and changes of settings that hardware would ignore are refused. This chip has no FLTR. */
+ * ignores them. Transfers are modelled byte by byte: the acknowledge at the end of a byte depends
+ * on the bit ACK at that time (with POS: at the end of the previous byte). If SDA is held low,
+ * arbitration is lost at the first 1 that is sent. When the program drives the pins as outputs, the
+ * slave receives clocks, starts and stops, but no bytes. In addition to registers.def, 10-bit
+ * addresses and changes of settings that hardware would ignore are refused. This chip has no
+ * FLTR. */
 #ifndef MATRIG_HIL_I2C_H
 #define MATRIG_HIL_I2C_H
 
@@ -37,33 +38,37 @@ struct hil_i2c {
     HIL_NAMED_WORDS(word, cr1, cr2, oar1, oar2, dr, sr1, sr2, ccr, trise);
     enum hil_i2c_phase phase;
     bool is_master, is_transmitter, is_busy;
-    bool sr1_was_read; /* first step of the sequences that clear SB, ADDR and BTF */
-    bool is_dr_full;   /* DR contains a byte to be sent */
+    /* SR1 was read, the first step of the sequences that clear SB, ADDR and BTF */
+    bool sr1_was_read;
+    bool is_dr_full; /* DR contains a byte to be sent */
     uint8_t shifted_byte;
-    bool acknowledges_next_byte; /* POS: acknowledge of the next byte */
+    bool acknowledges_next_byte; /* with POS: the next byte will be acknowledged */
     uint64_t phase_begin_cycle, phase_end_cycle;
     bool scl_level, sda_level; /* levels at the last check */
 };
 
-/* What a slave does to the lines apart from its bytes. */
+/* Faults of a slave on the bus lines, apart from its bytes. */
 struct hil_i2c_bus_faults {
     bool is_sda_stuck; /* SDA is held low permanently */
     unsigned
-        clocks_until_release; /* clocks until the slave, interrupted within a byte, releases SDA */
-    uint64_t stretch_ps;      /* time for which SCL is held low at the next byte */
-    bool has_false_error;     /* I2C1 reports a false bus error in the next byte (ES0182) */
+        /* number of clocks until the slave, interrupted within a byte, releases SDA */
+        clocks_until_release;
+    uint64_t stretch_ps;  /* time for which the slave holds SCL low at the next byte */
+    bool has_false_error; /* I2C1 reports a false bus error in the next byte (ES0182) */
 };
 
 /* The slave on the bus. */
 struct hil_i2c_slave {
     void *context;
-    /* a start condition and the byte after it; true: acknowledged */
+    /* called at a start condition and the byte after it; returns true if acknowledged */
     bool (*address)(void *context, uint8_t byte);
-    bool (*write)(void *context, uint8_t byte); /* true: acknowledged */
-    /* the next byte; 0xff if the slave is not being read */
+    /* called for a byte from the master; returns true if acknowledged */
+    bool (*write)(void *context, uint8_t byte);
+    /* returns the next byte; 0xff if the slave is not being read */
     uint8_t (*read)(void *context);
     void (*stop)(void *context);
-    bool (*is_driving)(const void *context); /* the slave is addressed and responds */
+    /* returns true if the slave is addressed and responds */
+    bool (*is_driving)(const void *context);
     struct hil_i2c_bus_faults *bus_faults;
 };
 
@@ -73,8 +78,8 @@ struct hil_i2c_device {
     struct hil_i2c_slave slave;
 };
 
-/* Call at a reset of the chip or of the peripheral, and for SWRST. In the calls for the bus and the
- * event queue, `device` is a struct hil_i2c_device. */
+/* Call at a reset of the chip or of the peripheral, and for SWRST. In all functions with a
+ * parameter `device`, it is a struct hil_i2c_device. */
 void hil_i2c_reset(void *device, unsigned unit);
 HIL_DECLARE_BUS_CALLS(i2c)
 void hil_i2c_event(void *device, uint64_t at);

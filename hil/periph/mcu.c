@@ -11,10 +11,11 @@
 #define ALWAYS_CLOCKED     HIL_RCC_BUS_COUNT
 #define ANY_ADC_CLOCK_MASK 0x700u
 
-/* Peripherals: boundary addresses of RM0090 table 1, enable and reset bits of 7.3.5 to 7.3.14. */
+/* Peripherals: addresses from RM0090 table 1, enable and reset bits from 7.3.5 to 7.3.14. */
 static const struct part {
     uint32_t base;
-    /* number of equal units; addresses a kilobyte apart, enable bits adjacent */
+    /* number of identical units; their addresses are a kilobyte apart, their enable bits
+     * adjacent */
     unsigned unit_count;
     unsigned unit;
     size_t device; /* offset in struct hil_mcu */
@@ -56,19 +57,19 @@ static uint32_t read_system_memory(void *device, uint32_t address)
 {
     const struct hil_mcu *mcu = device;
     switch (address & ~3u) {
-    case 0x1fff77dcu: /* the boot loader identification is the byte at ...de (AN2606) */
-        return HIL_ROM_VERSION << 16 | 0xff00ffffu;
+    /* the identification of the boot loader is the byte at address ...de (AN2606) */
+    case 0x1fff77dcu: return HIL_ROM_VERSION << 16 | 0xff00ffffu;
     case 0x1fff7a10u: return mcu->options->uid[0];
     case 0x1fff7a14u: return mcu->options->uid[1];
     case 0x1fff7a18u: return mcu->options->uid[2];
-    case 0x1fff7a20u: /* flash size in KiB in the upper half, address ...22 */
+    case 0x1fff7a20u: /* flash size in KiB in the upper half, which is address ...22 */
         return mcu->options->type->flash_kib << 16 | 0xffffu;
     case 0x1fffc000u:
     case 0x1fffc004u:
     case 0x1fffc008u:
     case 0x1fffc00cu: return hil_flash_option_word(&mcu->flash, (address & 0xcu) / 4u);
     default:
-        /* the one-time area and its locks read as delivered by the factory */
+        /* the one-time area and its locks are as delivered by the factory */
         if (address - 0x1fff7800u < 0x210u)
             return 0xffffffffu;
         return hil_bus_refuse_register(mcu->core);
@@ -216,7 +217,8 @@ void hil_mcu_reset(struct hil_mcu *mcu, uint32_t csr_flags)
 {
     hil_flash_reset(&mcu->flash);
     hil_rcc_reset(&mcu->rcc, csr_flags);
-    /* reset the converters before their DMA; otherwise they would report an overrun */
+    /* Reset the converters before their DMA streams; in the other order they would report an
+     * overrun. */
     hil_adc_reset(&mcu->adc, 0);
     for (unsigned unit = 0; unit < 2; unit++) {
         hil_dma_reset(&mcu->dma, unit);

@@ -2,9 +2,9 @@
  * connections within the chip (clocks and reset lines, DMA requests, triggers, alternate functions
  * of pins).
  *
- * The builder of a board provides core, options and state, and connects the outside parts: the
- * wires of CAN and USART, the slaves of SPI and I2C, the analogue source and the calls of the
- * flash. */
+ * The code that builds a board provides core, options and state, and connects the outside parts:
+ * the wires of CAN and USART, the slaves of SPI and I2C, the source of analogue signals and the
+ * calls of the flash. */
 #ifndef MATRIG_HIL_MCU_H
 #define MATRIG_HIL_MCU_H
 

@@ -62,7 +62,7 @@ static const struct hil_board_type board_types[] = {
         .is_rom_on_serial = true,
         .sensor_select_pin = NO_PIN,
     },
-    /* Parts on the board: ST's own project of the board (STM32_open_pin_data,
+    /* Parts on the board, from ST's own project of the board (STM32_open_pin_data,
      * boards/C47_Discovery_STM32F407G-DISC1); its VDD is 3 V (UM1472 4.3). */
     {
         .number = MR_BOARD_DISCOVERY,

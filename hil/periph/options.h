@@ -1,5 +1,4 @@
-/* Options of a board: its oscillators and identity, the other ends of its links, and the fitted
- * parts. */
+/* Options of a board: oscillators, identity, the other ends of its links, fitted parts. */
 #ifndef MATRIG_HIL_OPTIONS_H
 #define MATRIG_HIL_OPTIONS_H
 
@@ -11,9 +10,9 @@
 #include "hil/periph/canbits.h"
 #include "hil/periph/wire.h"
 
-/* The boards that can be emulated: chip, package, supply, and wiring of the pins. The data are from
- * data sheets and manuals, independent of firmware/boards/, so that an error would have to be made
- * twice to go unnoticed. */
+/* The boards that can be emulated: chip, package, supply, and wiring of the pins. The data are
+ * taken from data sheets and manuals, independently of firmware/boards/, so that tests detect an
+ * error in either. */
 
 #define HIL_BOARD_CHANNELS   24u /* 8 transducers, 14 gages, staircase and reference */
 #define HIL_BOARD_PORTS      9u
@@ -35,9 +34,10 @@ struct hil_board_type {
     uint32_t idcode; /* DBGMCU_IDCODE */
     uint32_t flash_kib;
     bool has_no_ccm;
-    bool has_clock_bypass; /* true: OSC_IN receives a clock; false: there is a crystal */
+    bool has_clock_bypass; /* true: OSC_IN is connected to a clock; false: to a crystal */
     double supply_v;       /* VDDA */
-    uint16_t bonded_pins[HIL_BOARD_PORTS]; /* pins of each port that the package has */
+    /* bit masks of the pins of each port that are connected in the package */
+    uint16_t bonded_pins[HIL_BOARD_PORTS];
     struct hil_pin_place channel_pin[HIL_BOARD_CHANNELS];
     struct hil_pin_place warning_pin, shunt_pin, lamp_sense_pin, jumper_pin;
     struct hil_pull pulls[HIL_BOARD_PULL_COUNT];
@@ -45,7 +45,8 @@ struct hil_board_type {
     uint8_t usart,
         serial_alternate_function; /* USART of the serial link, and its alternate function */
     bool is_rom_on_serial;         /* the boot ROM uses the pins of the serial link */
-    /* a sensor on the board holds the pin of a channel at 0 V while its select line is low */
+    /* a sensor on the board holds the pin of a channel (sensor_out_pin) at 0 V while its select
+     * line is low */
     struct hil_pin_place sensor_select_pin, sensor_out_pin;
 };
 
@@ -65,7 +66,7 @@ static inline bool hil_is_same_pin(struct hil_pin_place place, unsigned port, un
 
 /* ---- options ---- */
 
-/* Duration of flash and NOR operations within the range of the data sheet. */
+/* How long operations of flash and NOR take, within the range of the data sheet. */
 enum hil_cell_times {
     HIL_TIMES_RANDOM, /* random: mostly near typical, occasionally up to the maximum */
     HIL_TIMES_TYPICAL,
@@ -73,7 +74,7 @@ enum hil_cell_times {
 };
 
 struct hil_circuit_figures;
-/* What happens when a timing or electrical rule is violated (hil/periph/rules.h). */
+/* What happens when the firmware violates a timing or electrical rule (hil/periph/rules.h). */
 enum hil_rules_mode { HIL_RULES_STOP, HIL_RULES_COUNT, HIL_RULES_OFF };
 
 struct hil_options {
@@ -82,13 +83,12 @@ struct hil_options {
     uint32_t hse_hz;                   /* crystal frequency; 0: the crystal never starts */
     int32_t hsi_error_ppm;             /* error of the internal 16 MHz oscillator */
     uint32_t lsi_hz;                   /* clock of the watchdog, 17000 to 47000 */
-    uint32_t host_baud;                /* rate of the other end of the serial link */
+    uint32_t host_baud;                /* baud rate of the other end of the serial link */
     /* parity of the other end; not used if host_parity_follows_board is set */
     enum hil_parity host_parity;
     bool host_parity_follows_board;
     enum hil_can_bus can_bus;
-    uint32_t
-        can_id_base; /* base of the board's identifiers, used for CAN commands in the run file */
+    uint32_t can_id_base; /* CAN base of the board, used for CAN commands in the run file */
     /* frame rate of the film camera, 1/s; 0: no camera (hil/rig/rig.h) */
     double camera_hz;
     uint64_t camera_delay_ps; /* delay from the trigger to the first frame */
@@ -104,7 +104,7 @@ struct hil_options {
         *figures;            /* figures of the tolerances; NULL: those of hil/circuits */
     uint32_t uid[3];         /* unique device identifier */
     bool is_jumper_fitted;   /* the maintenance jumper is fitted */
-    bool has_no_rig;         /* no rig is connected: its lines are open */
+    bool has_no_rig;         /* no rig is connected: all lines to it are open */
     bool has_clocks_left_on; /* start with clocks left on: hil_rcc_set_clocks_left_on */
     bool is_boot0_high;      /* level of the BOOT0 pin at reset: high starts the boot ROM */
     double temperature_c;    /* mat temperature at power on; NaN: no thermometer is fitted */

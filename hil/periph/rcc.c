@@ -76,7 +76,7 @@ uint32_t hil_rcc_pclk_divider(const struct hil_rcc_device *dev, enum hil_rcc_bus
     return (ppre & 4u) ? 2u << (ppre & 3u) : 1u;
 }
 
-/* With a divided PCLK timers run at twice PCLK. */
+/* If PCLK is divided, timers run at twice PCLK. */
 uint32_t hil_rcc_timer_divider(const struct hil_rcc_device *dev, enum hil_rcc_bus bus)
 {
     uint32_t divider = hil_rcc_pclk_divider(dev, bus);
@@ -98,8 +98,8 @@ static void halt_on_clock_setting(struct hil_rcc_device *dev, const char *what)
                   (unsigned)dev->state->cfgr);
 }
 
-/* Output of the PLL for a source frequency; stops the run if it is outside the data sheet's
- * limits. */
+/* Returns the output frequency of the PLL for a source frequency. Stops the run if it is outside
+ * the limits of the data sheet. */
 static uint32_t compute_pll_hz(struct hil_rcc_device *dev, uint32_t source_hz)
 {
     uint32_t cfg = dev->state->pllcfgr;
@@ -116,8 +116,8 @@ static uint32_t compute_pll_hz(struct hil_rcc_device *dev, uint32_t source_hz)
     return (uint32_t)(vco / p);
 }
 
-/* Frequency of HCLK from CR, PLLCFGR and CFGR.SWS: true, or nominal (without the error of the
- * HSI). */
+/* Returns the frequency of HCLK from CR, PLLCFGR and CFGR.SWS: the true or (`nominal`) the nominal
+ * one, without the error of the HSI. */
 static uint32_t compute_hclk_hz(struct hil_rcc_device *dev, bool nominal)
 {
     struct hil_rcc *rcc = dev->state;
@@ -158,7 +158,7 @@ void hil_rcc_set_clocks_left_on(struct hil_rcc_device *dev)
     check_clock_limits(dev);
 }
 
-/* SW requests a source; SWS follows once the source is ready. */
+/* Switches to the clock source that SW requests; SWS shows it as soon as the source is ready. */
 static void switch_hclk_source(struct hil_rcc_device *dev)
 {
     static const uint32_t ready[3] = {CR_HSIRDY, CR_HSERDY, CR_PLLRDY};
@@ -175,7 +175,7 @@ static bool is_hclk_from_crystal(const struct hil_rcc *rcc)
     return source == SOURCE_HSE || (source == SOURCE_PLL && (rcc->pllcfgr & PLLCFGR_SRC_HSE));
 }
 
-/* Clock security: HSI takes over before the core misses an edge. */
+/* Clock security system: switches to HSI before the core misses a clock edge. */
 static void switch_to_hsi(struct hil_rcc_device *dev)
 {
     struct hil_rcc *rcc = dev->state;
@@ -191,8 +191,8 @@ static void switch_to_hsi(struct hil_rcc_device *dev)
     hil_nvic_set_line(dev->core, HIL_EXC_NMI, true);
 }
 
-/* True if HSE runs. A crystal needs the oscillator, an external clock needs the bypass; the reverse
- * is not reliable. RM0090 7.2.1 */
+/* True if the HSE runs. A crystal needs the oscillator, an external clock needs the bypass; other
+ * combinations are not reliable (RM0090 7.2.1). */
 static bool is_hse_running(const struct hil_rcc_device *dev)
 {
     bool bypassed = (dev->state->cr & CR_HSEBYP) != 0;
@@ -262,7 +262,7 @@ static void write_cr(struct hil_rcc_device *dev, uint32_t value)
     if (source == SOURCE_PLL)
         keep |= (rcc->pllcfgr & PLLCFGR_SRC_HSE) ? CR_HSEON : CR_HSION;
     uint32_t before = rcc->cr;
-    /* a clock in use cannot be switched off */
+    /* keep the enable bit of a clock that is in use: it cannot be switched off */
     uint32_t after = (before & ~CR_WRITABLE) | (value & CR_WRITABLE) | keep;
     uint32_t rising = after & ~before;
     if (rising & CR_HSION)
@@ -301,7 +301,8 @@ static bool is_dsb_opcode(const uint8_t *code)
     return code[0] == 0xbf && code[1] == 0xf3 && (code[2] & 0xf0u) == 0x40u && code[3] == 0x8f;
 }
 
-/* True if a DSB is between two instructions: one of the errata's workarounds. */
+/* True if there is a DSB between two instructions, which is one of the workarounds in the errata
+ * sheet. */
 static bool has_barrier_between(const struct hil_core *core, uint32_t from, uint32_t to)
 {
     const uint8_t *code = hil_memory_at(core, from, to - from, false);
@@ -312,8 +313,8 @@ static bool has_barrier_between(const struct hil_core *core, uint32_t from, uint
     return false;
 }
 
-/* Checks only within the block that enabled the clock: leaving the block takes a branch, whose
- * cycles are enough. (With APB at a quarter of HCLK they may not be; such cases are missed.) */
+/* Checks accesses only within the block that enabled the clock, because the branch at its end takes
+ * enough cycles. (With APB at a quarter of HCLK it may not; such cases are not detected.) */
 static void check_new_clock_access(void *context)
 {
     struct hil_rcc_device *dev = context;
@@ -333,7 +334,8 @@ static void check_new_clock_access(void *context)
                                    between - 1u, (unsigned)fresh.store_pc, fresh.required_cycles);
 }
 
-/* A peripheral responds two AHB cycles after its clock is enabled; on APB, 1 + the prescaler. */
+/* Records clocks that were just enabled. A peripheral responds two AHB cycles after its clock is
+ * enabled; on APB, 1 + the prescaler. */
 static void record_new_clock(struct hil_rcc_device *dev, uint32_t offset, uint32_t rising)
 {
     struct hil_moment at = hil_access_moment(dev->core);
@@ -354,7 +356,7 @@ static void record_new_clock(struct hil_rcc_device *dev, uint32_t offset, uint32
     };
 }
 
-/* Checks that HCLK rises only after the new wait states were read back. */
+/* Checks that the firmware has read back new wait states before HCLK rises. */
 static void check_wait_states(struct hil_rcc_device *dev, uint32_t before_hz)
 {
     struct hil_rcc *rcc = dev->state;
@@ -374,7 +376,8 @@ uint32_t hil_rcc_read(void *device, unsigned unit, uint32_t offset)
     struct hil_rcc_device *dev = device;
     (void)unit;
     if (dev->core->bus.new_clocks.clock_enables ==
-        &dev->state->word[offset / 4u]) { /* a read back is another workaround of the errata */
+        /* reading back is another workaround of the errata sheet */
+        &dev->state->word[offset / 4u]) {
         dev->core->bus.new_clocks.clock_enables = NULL;
         hil_rules_record_pass(dev->rules, HIL_RULE_CLOCK_ENABLE);
     }
@@ -423,7 +426,7 @@ void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
         rcc->word[offset / 4u] = value;
         break;
     case CIR: write_cir(dev, value); break;
-    case AHB1RSTR: /* a reset of a peripheral ends at once */
+    case AHB1RSTR: /* the reset of a peripheral ends at once */
         reset_lines(dev, HIL_RCC_AHB1, value);
         break;
     case APB1RSTR: reset_lines(dev, HIL_RCC_APB1, value); break;
@@ -470,7 +473,7 @@ void hil_pwr_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     struct hil_rcc *rcc = dev->state;
     (void)unit;
     if (offset == 4)
-        return; /* registers.def handles this register: only status bits remain */
+        return; /* registers.def defines this register; it has only status bits */
     if ((value ^ rcc->pwr_cr) & PWR_VOS)
         rcc->voltage_scale_ready_cycle = hil_now_cycle(dev->core) +
                                          (uint64_t)dev->core->state.clock.hclk_hz / 1000000u *
@@ -503,7 +506,7 @@ static uint64_t get_lsi_ps(const struct hil_iwdg_device *dev, uint64_t lsi_cycle
 static void reload_watchdog(struct hil_iwdg_device *dev)
 {
     struct hil_iwdg *w = dev->state;
-    /* Divider 4 * 2^PR, at most 256; the counter resets the chip when it passes 0. */
+    /* Prescaler 4 * 2^PR, at most 256. The chip is reset when the counter passes 0. */
     uint64_t divider = 4u << (w->pr > 6 ? 6 : w->pr);
     uint64_t timeout_ps = get_lsi_ps(dev, divider * (w->rlr + 1u));
     if (w->is_running)

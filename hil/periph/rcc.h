@@ -33,11 +33,11 @@ struct hil_reset_line {
     unsigned unit;
 };
 
-/* Clocks that the last store to a clock register has switched on; used during a run only. */
+/* Clocks that the last store to a clock register has switched on. Only used during a run. */
 struct hil_rcc_new_clock {
     uint32_t store_pc;
     uint64_t block_cycle;     /* cycle of the block with the store */
-    unsigned required_cycles; /* cycles that must pass before an access */
+    unsigned required_cycles; /* cycles that must pass after that before an access */
 };
 
 struct hil_rcc_device {
@@ -49,9 +49,9 @@ struct hil_rcc_device {
 
 /* Sets the state after a reset; `csr_flags`: reset flags for RCC_CSR. */
 void hil_rcc_reset(struct hil_rcc_device *dev, uint32_t csr_flags);
-/* Sets the state after a jump from a different program without a reset, as left by a debugger or
- * the boot ROM's Go. The system clock is then the PLL at 168 MHz from an 8 MHz crystal, and the
- * clocks of ports and timers are on. */
+/* Sets the state that a debugger or the Go command of the boot ROM leaves when it starts the
+ * program without a reset. The system clock is then the PLL at 168 MHz from an 8 MHz crystal, and
+ * the clocks of ports and timers are on. */
 void hil_rcc_set_clocks_left_on(struct hil_rcc_device *dev);
 /* Register that switches the clocks of a bus. */
 const uint32_t *hil_rcc_clock_enables(const struct hil_rcc_device *dev, enum hil_rcc_bus bus);
@@ -80,8 +80,8 @@ uint32_t hil_rcc_max_hclk_hz(const struct hil_rcc *rcc);
 struct hil_iwdg {
     HIL_NAMED_WORDS(word, kr, pr, rlr);
     bool is_unlocked, is_running;
-    /* end of SR.PVU and SR.RVU: a value written to PR or RLR takes effect after up to five LSI
-     * cycles */
+    /* times until which SR.PVU and SR.RVU are set: a value written to PR or RLR takes effect after
+     * up to five LSI cycles */
     uint64_t update_end_ps[2];
 };
 

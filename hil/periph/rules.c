@@ -36,8 +36,8 @@ static const struct {
 #include "hil/periph/rules.def"
 };
 
-/* Indexed by OSPEEDR. STM32F407 data sheet DS8626, I/O AC characteristics, 2.7 V or more at 50, 50,
- * 40, 30 pF: longest rise or fall, highest frequency. */
+/* Indexed by OSPEEDR: longest rise or fall, highest frequency, at 2.7 V or more and 50, 50, 40, 30
+ * pF (STM32F407 data sheet DS8626, I/O AC characteristics). */
 static const struct {
     double slew_ns, max_mhz;
 } speed_limits[4] = {{100.0, 4.0}, {10.0, 25.0}, {6.0, 50.0}, {4.0, 100.0}};
@@ -151,8 +151,8 @@ void hil_rules_record_violation(struct hil_rules_device *dev, enum hil_rule rule
 
 /* --- pins --- */
 
-/* Tracks the thermometer's bus while software drives it. With SCL high, a rising SDA is a stop, a
- * falling one a start. */
+/* Follows the thermometer's bus while software drives it. While SCL is high, a rise of SDA is a
+ * stop and a fall a start. */
 static void track_thermometer_bus(struct hil_rules_device *dev, bool high, struct hil_moment at)
 {
     struct hil_rules *state = dev->state;
@@ -175,7 +175,8 @@ static void track_edge(struct hil_rules_device *dev, enum hil_rules_pin pin, boo
                                  high ? edges->fell : edges->rose, at);
         break;
     case HIL_RULES_THERMOMETER_DATA: track_thermometer_bus(dev, high, at); break;
-    default: break; /* the model of the chip checks this rule when it knows the command */
+    /* for these commands, the model of the chip checks the rule when it knows the command */
+    default: break;
     }
 }
 
@@ -184,7 +185,7 @@ static bool is_open_drain(const struct hil_rules_device *dev, unsigned port, uns
     return dev->gpio->state->port[port].otyper >> pin & 1u;
 }
 
-/* True if the table has a pin of this port. */
+/* True if rules.def has a pin on this port. */
 static bool is_port_checked(unsigned port)
 {
     bool kept = false;

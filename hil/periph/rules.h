@@ -2,9 +2,10 @@
  * the firmware uses their pins.
  *
  * The rules are rows of rules.def, each with its limit and source. A store to a port has the time
- * of its instruction (hil/core/core.h). The level of a pin is reached only after the slew time for
- * the OSPEEDR setting, and the next edge may be effective at the next store. The duration of a
- * level is therefore the time between the two stores minus the slew time of the first edge.
+ * of its instruction (hil/core/core.h). A pin reaches its new level only after the slew time for
+ * the OSPEEDR setting, while the next edge may be effective immediately after the next store. The
+ * duration of a level is therefore the time between the two stores minus the slew time of the first
+ * edge.
  *
  * A violation stops the run (MR_HALTED) with a message that contains the measured value, both
  * instructions and the source of the limit; or it is only counted. The tally of a rule contains its
@@ -41,16 +42,17 @@ struct hil_rule_tally {
     uint64_t measurement_count;
     uint64_t violation_count;
     double limit_ns; /* limit of the rule when `worst_ns` was measured */
-    /* measured value closest to the limit or beyond it, after subtraction of slew_ns */
+    /* measured value, after subtraction of slew_ns, that was closest to the limit or farthest
+     * beyond it */
     double worst_ns;
     double slew_ns; /* slew time in that measurement */
-    /* instructions at the start and end of that measurement; 0: hardware */
+    /* instructions at the start and end of that measurement; 0: an event in hardware */
     uint32_t from_pc, to_pc;
 };
 
 struct hil_rules_edges {
     bool is_high;
-    /* ps 0: no edge since the reset, or an edge whose instruction is not known */
+    /* last edges of the pin; ps 0: none since the reset, or one whose instruction is not known */
     struct hil_moment rose, fell;
 };
 
@@ -65,7 +67,7 @@ struct hil_rules {
 struct hil_rules_device {
     HIL_NEIGHBOUR_POINTERS;
     struct hil_rules *state;
-    /* text for the function at an address; NULL: no names are available */
+    /* writes the function at an address as text; NULL: no names are available */
     const char *(*get_function_name)(void *context, uint32_t pc);
     void *context;
 };
@@ -73,7 +75,8 @@ struct hil_rules_device {
 /* Call when the core has stored to a port: records the edges and checks the rules of pins. `device`
  * is a struct hil_rules_device. */
 void hil_rules_on_store(void *device, unsigned port);
-/* Call when the core reads IDR while `pins` float: the rule is that their value must not matter. */
+/* Call when the core reads IDR while `pins` float. Checks the rule that their value must not affect
+ * the program. */
 void hil_rules_check_floating(void *device, unsigned port, uint32_t value, uint32_t pins);
 /* As hil_rules_check_floating, for a word that a peripheral received from a pin. */
 void hil_rules_check_unknown(struct hil_rules_device *dev, const char *pin, uint32_t value,

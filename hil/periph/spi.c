@@ -25,7 +25,7 @@
 #define DATA_REGISTER        0x4000380cu
 #define PORT_B               1u
 #define MISO_PIN             14u
-#define DMA_GROUP_BYTES      64u /* bytes that one event may transfer by DMA */
+#define DMA_GROUP_BYTES      64u /* maximum number of bytes that one event transfers by DMA */
 
 /* RM0090 table 42: SPI2_RX stream 3 channel 0, SPI2_TX stream 4 channel 0. */
 static const struct hil_dma_request receive_request = {0, 3, 0, DATA_REGISTER, false};
@@ -87,7 +87,7 @@ static void receive_byte(struct hil_spi_device *dev, uint8_t byte)
     struct hil_spi *spi = dev->state;
     bool driven = spi->is_selected && is_connected(dev) &&
                   dev->slave.is_driving(dev->slave.context);
-    if (spi->sr & SR_RXNE) { /* overrun: the byte in the buffer stays, this one is lost (28.3.10) */
+    if (spi->sr & SR_RXNE) { /* overrun: the byte in DR stays, and the new one is lost (28.3.10) */
         spi->sr |= SR_OVR;
         spi->is_dr_read_first = false;
         return;
@@ -111,8 +111,8 @@ static void begin_byte(struct hil_spi_device *dev, uint64_t at)
 
 /* --- rules of the select line and the clock --- */
 
-/* Returns the time of the first rise of SCK: in the middle of a bit, in modes 0 and 3, which the
- * chip requires. */
+/* Returns the time of the first rise of SCK: it is in the middle of a bit, because the chip
+ * requires mode 0 or 3. */
 static struct hil_moment get_first_clock_rise(const struct hil_spi_device *dev,
                                               struct hil_moment begin)
 {
@@ -150,8 +150,8 @@ static void check_select_timing(struct hil_spi_device *dev)
                 dev, hil_moment_at_cycle(dev->core, spi->shift_end_cycle - get_byte_cycles(dev))));
 }
 
-/* Checks the rise of the select line. At the last clock of a byte the chip has all its bits. If the
- * line rises before that, the chip drops the byte and the rule does not apply. */
+/* Checks the rise of the select line. The rule does not apply before the last clock of a byte: the
+ * chip then drops the incomplete byte. */
 static void check_deselect_timing(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
@@ -162,7 +162,8 @@ static void check_deselect_timing(struct hil_spi_device *dev)
         hil_rules_check_interval(dev->rules, HIL_RULE_CLOCK_TO_DESELECT, last, select->rose);
 }
 
-/* Schedules the end of the next byte with a visible effect: a flag of a stream, an interrupt. */
+/* Schedules the end of the next byte that has a visible effect, such as a flag of a DMA stream or
+ * an interrupt. */
 static void schedule_byte_end(struct hil_spi_device *dev)
 {
     const struct hil_spi *spi = dev->state;
@@ -285,8 +286,8 @@ void hil_spi_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     bool shifting = spi->is_shifting;
     switch (offset) {
     case CR1: write_cr1(dev, value); break;
-    case SR: /* read-only here; CRCERR is never set */ break;
-    case DR: /* as on hardware, replaces a byte not yet sent */
+    case SR: /* SR is read-only here; CRCERR is never set */ break;
+    case DR: /* as on hardware, a byte that was not sent yet is replaced */
         spi->buffered_byte = (uint8_t)value;
         spi->is_buffer_full = true;
         break;

@@ -17,8 +17,10 @@ struct hil_spi {
     /* SR contains only RXNE and OVR; the other bits follow from the state. DR: the received
      * byte. */
     HIL_NAMED_WORDS(word, cr1, cr2, sr, dr);
-    bool is_dr_read_first;            /* first step of the sequence that clears OVR */
-    bool is_buffer_full, is_shifting; /* the transmit buffer, or the shift register, has a byte */
+    /* DR was read, the first step of the sequence that clears OVR */
+    bool is_dr_read_first;
+    /* the transmit buffer has a byte; the shift register has a byte */
+    bool is_buffer_full, is_shifting;
     uint8_t buffered_byte, shifted_byte;
     uint64_t shift_end_cycle;
     bool is_selected;    /* PB12 was low at the last check */
@@ -34,7 +36,8 @@ struct hil_spi_slave {
     void (*select)(void *context, uint64_t at);
     void (*deselect)(void *context, uint64_t at, bool in_byte);
     uint8_t (*exchange)(void *context, uint8_t in, uint64_t at);
-    bool (*is_driving)(const void *context); /* the chip drove MISO in the last byte */
+    /* returns true if the chip drove MISO in the last byte */
+    bool (*is_driving)(const void *context);
 };
 
 struct hil_spi_device {
@@ -46,7 +49,7 @@ struct hil_spi_device {
 /* Period of SCK with the present CR1. */
 double hil_spi_clock_period_ns(const struct hil_spi_device *dev);
 
-/* Calls for the bus, the event queue, DMA and the pins; `device` is a struct hil_spi_device. */
+/* In the functions below, `device` is a struct hil_spi_device. */
 void hil_spi_reset(void *device, unsigned unit);
 HIL_DECLARE_BUS_CALLS(spi)
 /* Updates the transfer up to `at`. */

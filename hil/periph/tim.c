@@ -116,8 +116,8 @@ static void schedule_next_event(struct hil_tim_device *dev, unsigned unit, uint6
     hil_event_set_cycle(dev->core, event_slots[unit], next);
 }
 
-/* Reference level of a channel at the present count. `match`: the count equals CCR, on which some
- * modes act. */
+/* Returns the reference level of a channel at the present count. `match`: the count equals CCR, at
+ * which some modes change the level. */
 static bool get_next_reference(const struct hil_tim *t, unsigned channel, uint32_t count,
                                bool match)
 {
@@ -224,7 +224,8 @@ static void update_event(struct hil_tim_device *dev, unsigned unit, uint64_t at,
 static void capture_edge(struct hil_tim_device *dev, struct hil_tim *t, unsigned channel,
                          uint64_t at)
 {
-    /* streams of DMA1, request channel 3 (RM0090 table 42) */
+    /* streams of DMA1 for the capture channels of TIM2, all on request channel 3 (RM0090 table
+     * 42) */
     static const uint8_t stream[HIL_CAPTURE_CHANNELS] = {5, 6, 1, 7};
     unsigned every = 1u << (get_channel_mode(t, channel) >> 2 & 3u);
     t->capture_cycle[channel] = HIL_NEVER;
@@ -250,7 +251,8 @@ static void handle_event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
         if (t->capture_cycle[i] <= at)
             capture_edge(dev, t, i, at);
     }
-    if ((t->cr1 & CR1_CEN) && at >= t->base_cycle) { /* otherwise the counter stands still */
+    /* without clock enable, or before base_cycle, the counter does not run */
+    if ((t->cr1 & CR1_CEN) && at >= t->base_cycle) {
         struct output_levels before = get_output_levels(t);
         uint64_t tick = get_tick_cycles(dev, t), ticks = (at - t->base_cycle) / tick;
         bool on_tick = ticks * tick == at - t->base_cycle;
@@ -317,7 +319,7 @@ void hil_tim2_input_edge(void *device, unsigned channel, bool level, uint64_t at
     uint64_t *cycle = &t->capture_cycle[channel];
     uint32_t enables = t->ccer >> (4u * channel);
     if (*cycle != HIL_NEVER && *cycle > at && level != t->capture_level[channel])
-        *cycle = HIL_NEVER; /* the pulse is shorter than the filter and has no effect */
+        *cycle = HIL_NEVER; /* a pulse shorter than the filter has no effect */
     if ((get_channel_mode(t, channel) & 3u) == 1u && is_channel_enabled(t, channel)) {
         bool falling = (enables & 2u) != 0, both = falling && (enables & 8u);
         if (both || level != falling) {
@@ -387,14 +389,14 @@ static void write_ccr(struct hil_tim_device *dev, unsigned unit, unsigned channe
 {
     struct hil_tim *t = &dev->state[unit];
     if (!is_output_channel(t, channel))
-        return; /* read-only in capture mode */
+        return; /* CCR is read-only in capture mode */
     t->ccr[channel] = value & get_counter_mask(unit);
     if (!(get_channel_mode(t, channel) & 8u))
         t->ccr_in_use[channel] = t->ccr[channel];
     refresh_references(dev, unit, hil_now_cycle(dev->core));
 }
 
-/* Checks the rule FLOATING: something must drive or pull a capture input. */
+/* Checks the rule FLOATING for capture inputs, which something must drive or pull. */
 static void check_inputs(struct hil_tim_device *dev)
 {
     const struct hil_tim *t = &dev->state[HIL_TIM2];
@@ -429,7 +431,7 @@ void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
         t->base_count = value & get_counter_mask(unit);
         t->base_cycle = now;
         break;
-    case PSC: /* always preloaded */ t->psc = value & 0xffffu; break;
+    case PSC: /* PSC is always preloaded */ t->psc = value & 0xffffu; break;
     case ARR:
         t->arr = value & get_counter_mask(unit);
         if (!(t->cr1 & CR1_ARPE))
@@ -494,7 +496,7 @@ static uint32_t get_tim11_count(const struct hil_tim11_device *dev, uint64_t at_
     return (uint32_t)((uint64_t)ticks / (t->psc + 1u)) & 0xffffu;
 }
 
-/* Adds the captures up to now. */
+/* Counts the captures up to now. */
 static void advance(struct hil_tim11_device *dev)
 {
     struct hil_tim11 *t = dev->state;

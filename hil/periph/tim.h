@@ -27,18 +27,18 @@ struct hil_capture_pin {
 extern const struct hil_capture_pin hil_capture_pins[HIL_CAPTURE_CHANNELS];
 
 struct hil_tim {
-    /* registers as written */
+    /* registers as last written */
     HIL_NAMED_WORDS(word, cr1, cr2, smcr, dier, sr, egr, ccmr[2], ccer, cnt, psc, arr, rcr, ccr[4]);
-    /* values in use: with preload, the registers of the last update */
+    /* values in use; registers with preload take effect at the next update */
     uint32_t psc_in_use, arr_in_use, ccr_in_use[4];
     /* cycle at which the counter was base_count; the counter runs from here while CEN is set */
     uint64_t base_cycle;
     uint32_t base_count;
     bool reference_level[4]; /* OCxREF */
-    /* cycle at which an edge passes the filter, or HIL_NEVER */
+    /* cycle at which an edge will pass the filter; HIL_NEVER: none */
     uint64_t capture_cycle[HIL_CAPTURE_CHANNELS];
     bool capture_level[HIL_CAPTURE_CHANNELS];
-    /* edges since the last capture, for the prescaler */
+    /* number of edges since the last capture, for the prescaler */
     uint8_t edges_since_capture[HIL_CAPTURE_CHANNELS];
 };
 

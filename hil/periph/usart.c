@@ -93,7 +93,8 @@ static unsigned get_bits_per_frame(enum hil_parity parity)
     return parity == HIL_PARITY_NONE ? 10u : 11u;
 }
 
-/* Bits of a byte's frame in line order, first in bit 0: start, data, parity, stop. */
+/* Returns the levels of a byte's frame in order of transmission, the first in bit 0: start, data,
+ * parity, stop. */
 static uint32_t get_frame_levels(uint8_t byte, enum hil_parity parity)
 {
     uint32_t bits = (uint32_t)byte << 1;
@@ -108,9 +109,9 @@ static uint64_t get_sent_frame_bits(const struct hil_usart_device *dev)
     return get_bits_per_frame(get_parity(dev->state));
 }
 
-/* True if the other end uses the programmed settings: the parity, and a rate within 2 %. (A
- * receiver tolerates 3.3 %, RM0090 table 142, including the other end's error and that of its
- * divider.) */
+/* True if the settings of the other end match the programmed ones: the same parity, and a rate
+ * within 2 %. (A receiver tolerates 3.3 %, RM0090 table 142, including the other end's error and
+ * that of its divider.) */
 static bool do_settings_match(const struct hil_usart_device *dev)
 {
     uint64_t bit = get_bit_cycles(dev);
@@ -266,7 +267,7 @@ static void receive_frame(struct hil_usart_device *dev, uint16_t value, uint32_t
     }
 }
 
-/* Receives a byte. One with an error is received with its error flags (30.6.1). */
+/* Receives a byte; `errors` are the error flags with which it is received (30.6.1). */
 static void receive_byte(struct hil_usart_device *dev, uint8_t byte, uint32_t errors)
 {
     struct hil_usart *u = dev->state;

@@ -3,8 +3,8 @@
  *
  * Bytes are sent back to back at the programmed rate. If the rates of the two ends differ by more
  * than 3 %, or the parities differ, each byte is received as 0 with a framing error, and the sent
- * bytes are counted. Bytes that are sent while PA9 is not in USART1_TX mode are lost. Received
- * bytes are spaced at the rate of the other end, and their bits appear on PA10. */
+ * bytes are counted. Bytes sent while PA9 is not in USART1_TX mode are lost. Received bytes are
+ * spaced at the rate of the other end, and their bits appear on PA10. */
 #ifndef MATRIG_HIL_USART_H
 #define MATRIG_HIL_USART_H
 
@@ -22,15 +22,17 @@
 struct hil_usart {
     /* DR: the received byte; bit 8 is the parity bit */
     HIL_NAMED_WORDS(word, sr, dr, brr, cr1, cr2, cr3);
-    bool sr_was_read; /* first step of the sequences that clear TC, IDLE and ORE */
+    bool sr_was_read; /* SR was read, the first step of the sequences that clear TC, IDLE and ORE */
     /* sending */
-    bool is_dr_full, is_shifting; /* DR, or the shift register, contains a byte to be sent */
+    /* DR contains a byte to be sent; the shift register contains one */
+    bool is_dr_full, is_shifting;
     uint8_t buffered_byte, shifted_byte;
     uint64_t shift_end_cycle;
     uint8_t output[HIL_USART_DMA_BYTES_MAX + 2];
     uint32_t output_count;
     /* receiving */
-    uint64_t receiver_on_ps; /* a frame that began earlier is not received */
+    /* time at which the receiver was switched on; frames that began earlier are not received */
+    uint64_t receiver_on_ps;
     uint32_t input_queue_head, input_queue_count;
     bool is_delay_over;      /* the delay of the next byte is over */
     bool is_idle_event_next; /* the next event is the idle line after the last byte */
@@ -49,13 +51,13 @@ enum mr_status hil_usart_inject(struct hil_usart_device *dev, const uint8_t *byt
 /* Number of bytes that hil_usart_inject accepts now. */
 size_t hil_usart_free_space(const struct hil_usart_device *dev);
 
-/* Calls for the bus, the event queue, DMA and the pins; `device` is a struct hil_usart_device. */
+/* In the functions below, `device` is a struct hil_usart_device. */
 void hil_usart_reset(void *device, unsigned unit);
 HIL_DECLARE_BUS_CALLS(usart)
 void hil_usart_rx_event(void *device, uint64_t at);
 /* Updates transmission up to `at`. */
 void hil_usart_advance(void *device, uint64_t at);
-/* Present level of the line into PA10. */
+/* Returns the present level of the line into PA10. */
 bool hil_usart_line_in(const void *device, unsigned channel, bool *drives);
 /* Call when a stream of DMA2 was enabled, for which USART1 may have been waiting. */
 void hil_usart_on_dma_enabled(void *device);

@@ -45,8 +45,8 @@ enum hil_line_fault {
 
 struct hil_line_calls {
     void *context;
-    /* True if the next unit (frame or byte) on this line has this fault; the fault is then counted
-     * down and reported. `what` names the unit. */
+    /* Returns true if the next unit (frame or byte) on this line has this fault, which it then
+     * counts down and reports. `what` names the unit. */
     bool (*has_fault)(void *context, enum hil_line line, enum hil_line_fault kind, const char *what,
                       uint32_t number);
     /* Delay of the last unit with the fault HIL_LINE_DELAY. */

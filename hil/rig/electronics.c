@@ -34,13 +34,13 @@ void hil_circuit_figures_set_reference(struct hil_circuit_figures *figures)
     };
 }
 
-/* Uniform between -most and most. */
+/* Returns a number that is uniform between -most and most. */
 static double draw_uniform(uint64_t *random, double most)
 {
     return most * (2.0 * mr_splitmix64_uniform(random) - 1.0);
 }
 
-/* Normal distribution by Box and Muller; the second value is not used. */
+/* Draws from a normal distribution (Box and Muller); the second value is not used. */
 static double draw_normal(uint64_t *random, double sd)
 {
     double u = 1.0 - mr_splitmix64_uniform(random), v = mr_splitmix64_uniform(random);
@@ -84,7 +84,7 @@ static void make_ideal(struct hil_electronics *e, const struct hil_options *opti
 static void draw_transducers(struct hil_electronics *e, const struct hil_circuit_figures *f,
                              uint64_t *random)
 {
-    /* common to all transducers of a board */
+    /* this factor is common to all transducers of a board */
     double drive = 1.0 + draw_normal(random, f->transducer_excitation_sd_rel);
     double mid_v = f->transducer_mid_v - MID_V + draw_normal(random, f->transducer_mid_supply_sd_v);
     e->transducer_tau_s = f->transducer_settle_us * 1e-6;
@@ -126,8 +126,9 @@ static void draw_sensors(struct hil_electronics *e, const struct hil_circuit_fig
     draw_gages(e, f, random);
 }
 
-/* Resistors connect each switch, the supply (for the zero) and ground to one node. The share of
- * each is its conductance over the sum of all, independent of the switches. */
+/* Resistors connect each switch, the supply (for the zero) and ground to one node. The contribution
+ * of each is its conductance divided by the sum of all conductances, whichever switches are
+ * open. */
 static void draw_staircase(struct hil_electronics *e, const struct hil_circuit_figures *f,
                            uint64_t *random)
 {

@@ -1,5 +1,5 @@
-/* The electronics between sensors and pins: of the ideal board, or of a board with random
- * tolerances ("drawn").
+/* The electronics between sensors and pins: either ideal, or with random tolerances (a "drawn"
+ * board).
  *
  * The ideal board has the exact nominal values of the circuits and is the default of all tests. A
  * drawn board has the tolerances of the parts in the reference circuits (hil/circuits, the source
@@ -32,10 +32,10 @@ struct hil_circuit_figures {
 
 struct hil_electronics {
     double vdda_v;
-    double reference_ratio;       /* in units of 2.500 V, at 20 C */
-    double reference_read_share;  /* fraction of the reference that reaches its own channel */
-    double reference_drift_per_k; /* relative, per C */
-    double temperature_rise_k;    /* temperature above 20 C at power on */
+    double reference_ratio;       /* ratio to 2.500 V, at 20 C */
+    double reference_read_share;  /* reading of the reference channel / reference */
+    double reference_drift_per_k; /* relative drift per C */
+    double temperature_rise_k;    /* temperature at power on, above 20 C */
     double temperature_rise_k_per_s;
     double transducer_gain[HIL_RUN_TRANSDUCERS];
     double transducer_zero_in[HIL_RUN_TRANSDUCERS];
@@ -46,13 +46,14 @@ struct hil_electronics {
     double gage_untrimmed_lb[HIL_RUN_GAGES]; /* zero before the balance trim */
     double gage_zero_lb[HIL_RUN_GAGES];      /* zero after the balance trim, at 20 C */
     double gage_drift_lb_k[HIL_RUN_GAGES];
-    double gage_shunt_ratio[HIL_RUN_GAGES]; /* in units of HIL_RIG_SHUNT_LB */
+    double gage_shunt_ratio[HIL_RUN_GAGES]; /* ratio to HIL_RIG_SHUNT_LB */
     double gage_lag_s;                      /* time constant of the anti-aliasing filter */
-    double staircase_zero_ratio;            /* in units of the nominal 0.050 V */
+    double staircase_zero_ratio;            /* ratio to the nominal 0.050 V */
     double step_codes[HIL_RUN_SWITCHES];
     double staircase_tau_s;
     uint64_t one_shot_pulse_ps; /* pulse of the one-shot */
-    bool is_lamp_detected; /* the current of the hot lamp is above the threshold of the read-back */
+    /* the current of the lamp, once hot, is above the threshold of the read-back */
+    bool is_lamp_detected;
     /* delays from a pin change to the lamp's read-back and to the contacts of the shunt relay */
     uint64_t lamp_sense_ps, relay_operate_ps, relay_release_ps, relay_bounce_ps;
     bool is_drawn; /* false: only the source resistances in `adc_errors` are valid */
@@ -71,8 +72,8 @@ void hil_electronics_set(struct hil_electronics *electronics, const struct hil_o
  * (RM0090 39.1). The lot marks the chip as emulated (common/emulated.h). */
 void hil_electronics_chip_uid(uint64_t seed, uint32_t uid[3]);
 
-/* Zero of a bridge after the balance trim, which has a range of +-`range_lb`: `left_lb` remains,
- * plus any offset beyond the range. */
+/* Returns the zero of a bridge after the balance trim, which has a range of +-`range_lb`: what
+ * remains is `left_lb` plus any offset beyond the range. */
 double hil_electronics_trimmed_zero_lb(double natural_lb, double range_lb, double left_lb);
 
 #endif

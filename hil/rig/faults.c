@@ -148,7 +148,7 @@ static void deliver_bytes(struct hil_lines_device *dev, uint64_t t_ps, const uin
         send_bytes(dev, t_ps, bytes, n);
         return;
     }
-    /* after the bytes that are already delayed */
+    /* append after the bytes that are already delayed */
     memcpy(lines->held_bytes + lines->held_byte_count, bytes, n);
     lines->held_byte_count += (uint32_t)n;
 }
@@ -157,7 +157,7 @@ static void serial_out(void *device, uint64_t t_ps, uint8_t *bytes, size_t n)
 {
     struct hil_lines_device *dev = device;
     struct hil_lines *lines = dev->state;
-    size_t from = 0; /* first byte not delivered yet */
+    size_t from = 0; /* first byte that is not delivered yet */
     bool any = false;
     if (dev->pin_callbacks.on_serial_bytes)
         dev->pin_callbacks.on_serial_bytes(dev->pin_callbacks.context, t_ps, bytes, n);
@@ -252,18 +252,18 @@ static void remove_supply_for(struct hil_supply_device *dev, uint64_t duration_p
     dev->core->reset.end_ps = hil_now_ps(dev->core) + duration_ps;
 }
 
-/* Supply voltage at which the chip resets: DS8626, embedded reset and power control block, typical,
- * falling. */
+/* Supply voltage at which the chip resets: typical value for a falling supply (DS8626, embedded
+ * reset and power control block). */
 static double get_brown_out_volts(const struct hil_supply_device *dev)
 {
     static const double level[4] = {2.83, 2.50, 2.19,
-                                    POWER_DOWN_RESET_V}; /* by OPTCR.BOR_LEV; 3: off */
+                                    POWER_DOWN_RESET_V}; /* indexed by OPTCR.BOR_LEV; 3: off */
     return level[dev->flash->state->option_bytes >> 2 & 3u];
 }
 
 static void dip_supply(struct hil_supply_device *dev, double volts, uint64_t duration_ps)
 {
-    /* RM0090 table 10: HCLK per wait state, by supply voltage. */
+    /* HCLK in Hz per wait state, depending on the supply voltage (RM0090 table 10). */
     double hz_by_wait_state = volts >= 2.7 ? 30e6
                             : volts >= 2.4 ? 24e6
                             : volts >= 2.1 ? 22e6
@@ -344,7 +344,7 @@ static uint64_t find_station_ps(const struct hil_run *run, double station_ft)
     return HIL_NEVER;
 }
 
-/* The n-th event of a counted kind has occurred: schedules the faults that wait for it. */
+/* Called at the n-th event of a counted kind: schedules the faults that wait for it. */
 static void schedule_waiting_faults(struct hil_faults_device *dev, enum hil_fault_trigger trigger,
                                     uint64_t n)
 {
@@ -386,7 +386,7 @@ static void flip_bit(struct hil_faults_device *dev, const struct hil_fault *faul
     uint32_t address = fault->address + fault->bit / 8u;
     uint8_t byte = 0;
     if (hil_memory_peek(dev->core, address, &byte, 1) != MR_OK)
-        return; /* cannot fail: checked when the fault was added */
+        return; /* cannot fail, because the address was checked when the fault was added */
     byte = (uint8_t)(byte ^ 1u << (fault->bit % 8u));
     (void)hil_cpu_poke(dev->core, address, &byte, 1);
 }
@@ -597,8 +597,8 @@ static const char *const triggers[] = {"at S [+ DELAY_US]", "station FT [+ DELAY
                                        "frame N [+ DELAY_US]", "flash N [+ DELAY_US]",
                                        "nor N [+ DELAY_US]"};
 
-/* Patterns of a line, each with its initial fault. The index of the given word among those between
- * | is added to `choice`, a number of kind ORDINAL to `target_index`. */
+/* Patterns of a line, each with its initial fault. For alternatives separated by |, the index of
+ * the given word is added to `choice`; a number of kind ORDINAL is added to `target_index`. */
 #define CHANNEL_WORDS "mend|stick|high|low|open"
 #define LINE_FAULT(on_line)                                                                     \
     {                                                                                           \
@@ -645,11 +645,11 @@ struct reader {
     const char *elf;
     char *word[WORDS_MAX];
     unsigned word_count, next_word;
-    unsigned farthest_mismatch; /* index of the farthest word that did not fit */
-    const char *missing_symbol; /* symbol that the image does not have */
+    unsigned farthest_mismatch; /* index of the last word up to which any pattern has matched */
+    const char *missing_symbol; /* symbol that the fault file names and the image does not have */
 };
 
-/* Word i, or "end of line". The latter contains spaces, so it equals no word. */
+/* Returns word i, or "end of line", which contains spaces and therefore equals no word. */
 static const char *get_word(const struct reader *r, unsigned i)
 {
     return i < r->word_count ? r->word[i] : "end of line";
@@ -730,15 +730,15 @@ static bool match_word(const char *wanted, const char *word, unsigned *choice)
     }
 }
 
-/* Matches the words from r->next_word on against a pattern. False: no match, and r->next_word is
- * unchanged. */
+/* Matches the words from r->next_word on against a pattern. Returns false, with r->next_word
+ * unchanged, if it does not match. */
 static bool match_pattern(struct reader *r, const char *pattern, struct hil_fault *f)
 {
     char copy[128], *save;
     unsigned began = r->next_word;
     snprintf(copy, sizeof copy, "%s", pattern);
     for (char *want = strtok_r(copy, " ]", &save); want; want = strtok_r(NULL, " ]", &save)) {
-        if (*want == '[') { /* optional, together with its number */
+        if (*want == '[') { /* brackets enclose an optional word with its number */
             char *number = strtok_r(NULL, " ]", &save);
             if (strcmp(get_word(r, r->next_word), want + 1) != 0)
                 continue;
@@ -759,7 +759,7 @@ static bool match_pattern(struct reader *r, const char *pattern, struct hil_faul
     return true;
 }
 
-/* Appends a pattern with the ranges of its numbers, such as "gage GAGE(1 to 14) drift ...". */
+/* Appends a pattern and the ranges of its numbers, such as "gage GAGE(1 to 14) drift ...". */
 static void format_pattern(char *out, size_t size, const char *pattern)
 {
     size_t used = strlen(out);
@@ -779,7 +779,7 @@ static void format_pattern(char *out, size_t size, const char *pattern)
     }
 }
 
-/* Reports the word that does not fit, and the possible ones. */
+/* Reports the first word that does not fit, and the words that would fit. */
 static enum mr_status refuse_action(const struct reader *r)
 {
     char known[600] = "";

@@ -29,8 +29,10 @@ struct hil_w25q_device;
 
 /* ---- the two links, from the board's pins to the host's end, and their faults ---- */
 
-#define HIL_FAULT_HELD_FRAMES_MAX 16u /* maximum delayed frames; further frames are not delayed */
-#define HIL_FAULT_HELD_BYTES_MAX  16384u /* maximum delayed bytes; further bytes are not delayed */
+/* maximum number of delayed frames; further frames are not delayed */
+#define HIL_FAULT_HELD_FRAMES_MAX 16u
+/* maximum number of delayed bytes; further bytes are not delayed */
+#define HIL_FAULT_HELD_BYTES_MAX  16384u
 #define HIL_FAULT_NO_LIMIT        UINT32_MAX
 
 struct hil_callbacks {
@@ -42,7 +44,7 @@ struct hil_callbacks {
 };
 
 struct hil_line_effect {
-    /* frames or bytes that the fault will still affect; HIL_FAULT_NO_LIMIT: no limit */
+    /* number of frames or bytes that the fault will still affect; HIL_FAULT_NO_LIMIT: no limit */
     uint32_t units_left;
     double probability;
     uint64_t duration_ps;
@@ -72,7 +74,7 @@ struct hil_lines_device {
 
 /* Initialises the links without faults. `seed`: for probabilities and corrupted bits. */
 void hil_lines_init(struct hil_lines_device *dev, uint64_t seed);
-/* Interface of the links for the peripherals. */
+/* Returns the calls by which peripherals use the links (struct hil_line_calls). */
 struct hil_line_calls hil_lines_calls(struct hil_lines_device *dev);
 /* ---- the supply: power failures, brown-outs, and restarts of the chip ---- */
 
@@ -93,8 +95,8 @@ struct hil_supply_device {
 
 void hil_supply_create(struct hil_supply_device *dev);
 /* Simulates a power failure with immediate return of the supply. Operations of flash and NOR are
- * interrupted, RAM contains random data, and everything else is as at power on. Time, rig and data
- * on the links continue. May be called while the board runs or between runs. */
+ * interrupted, RAM contains random data, and everything else is reset as at power on. Time, rig and
+ * data on the links continue. May be called while the board runs or between runs. */
 void hil_supply_cut(struct hil_supply_device *dev);
 /* Call after a reset of the chip: holds it in reset while the supply is missing. */
 void hil_supply_hold_reset(struct hil_supply_device *dev);
@@ -114,17 +116,18 @@ enum hil_fault_trigger {
 enum hil_fault_action {
     HIL_FAULT_POWER_CUT, /* uses duration_ps */
     HIL_FAULT_BROWN_OUT, /* uses volts, duration_ps */
-    HIL_FAULT_CRYSTAL,   /* choice: 1 starts */
+    HIL_FAULT_CRYSTAL,   /* uses choice: 1 starts the crystal, 0 stops it */
     HIL_FAULT_BIT_FLIP,  /* uses address, bit */
-    HIL_FAULT_CAN_BUS,   /* choice: enum hil_can_bus */
-    HIL_FAULT_LINE,      /* line, choice: enum hil_line_fault, count, probability, duration_ps */
+    HIL_FAULT_CAN_BUS,   /* uses choice: enum hil_can_bus */
+    /* uses line, choice (enum hil_line_fault), count, probability, duration_ps */
+    HIL_FAULT_LINE,
     /* target_index: 0..7 transducers, 8..21 gages, 22 staircase, 23 reference; choice: enum
      * hil_channel_fault */
     HIL_FAULT_CHANNEL,
     HIL_FAULT_SWITCH_SKIP, /* target_index: number of the switch, from 0 */
     /* target_index: number of the switch, from 0; count; duration_ps between openings */
     HIL_FAULT_SWITCH_BOUNCE,
-    HIL_FAULT_CAMERA,      /* uses count */
+    HIL_FAULT_CAMERA,      /* uses count: number of frames without a pulse */
     HIL_FAULT_NOR,         /* choice: enum hil_nor_fault, count */
     HIL_FAULT_GAGE_DRIFT,  /* target_index: number of the gage, from 0; gain, offset_lb */
     HIL_FAULT_THERMOMETER, /* choice: enum hil_thermometer_fault, duration_ps of stretch */
@@ -154,21 +157,24 @@ enum hil_thermometer_fault {
 /* One fault. Ranges are as in a fault file; hil_faults_read checks them. */
 struct hil_fault {
     enum hil_fault_trigger trigger;
-    uint64_t trigger_ps;   /* HIL_TRIGGER_TIME */
-    uint64_t event_number; /* HIL_TRIGGER_CAN_FRAME, _FLASH, _NOR: from 1, counted since power on */
-    double station_ft;     /* HIL_TRIGGER_STATION */
-    uint64_t delay_ps;     /* delay after the trigger */
+    uint64_t trigger_ps; /* for HIL_TRIGGER_TIME */
+    /* for HIL_TRIGGER_CAN_FRAME, _FLASH, _NOR: number of the event since power on, from 1 */
+    uint64_t event_number;
+    double station_ft; /* for HIL_TRIGGER_STATION */
+    uint64_t delay_ps; /* delay after the trigger */
     enum hil_fault_action
-        action; /* enum hil_fault_action lists which of the following members are used */
+        /* action; the comments of enum hil_fault_action list which of the following members it
+         * uses */
+        action;
     enum hil_line line;
     unsigned choice;
     uint32_t target_index, count, address, bit;
-    double probability; /* 0 < p <= 1 */
+    double probability; /* probability p of the fault, 0 < p <= 1 */
     double volts;
     double gain, offset_lb;
     uint64_t duration_ps;
-    unsigned file_line;   /* 0: not from a file */
-    char action_text[80]; /* text of the action */
+    unsigned file_line;   /* line in the fault file; 0: the fault is not from a file */
+    char action_text[80]; /* text of the action in the fault file */
 };
 
 struct hil_fault_script {
@@ -177,8 +183,8 @@ struct hil_fault_script {
     struct hil_fault fault[HIL_FAULTS_MAX];
 };
 
-/* Reads a fault file. `elf` names the image whose symbols PLACE may use, or is NULL. On failure
- * `error` contains file, line, the mistake and the correct form. MR_OK; MR_IO; MR_MALFORMED;
+/* Reads a fault file. `elf`: path of the image whose symbols may be used as addresses; NULL: none.
+ * On failure `error` contains file, line, the mistake and the correct form. MR_IO; MR_MALFORMED;
  * MR_VERSION; MR_UNKNOWN: no such symbol; MR_FULL: too many lines. */
 enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fault_script *script,
                                char *error, size_t size);
@@ -186,7 +192,8 @@ enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fau
 struct hil_faults {
     uint32_t count;
     struct hil_fault fault[HIL_FAULTS_MAX];
-    uint64_t due_ps[HIL_FAULTS_MAX]; /* HIL_NEVER: waiting for its trigger, or over */
+    /* time at which each fault is due; HIL_NEVER: it waits for its trigger, or is over */
+    uint64_t due_ps[HIL_FAULTS_MAX];
     bool is_over[HIL_FAULTS_MAX];
     uint64_t flash_operation_count, nor_operation_count;
 };
@@ -208,9 +215,9 @@ struct hil_faults_device {
 
 /* Initialises without faults. */
 void hil_faults_create(struct hil_faults_device *dev);
-/* Adds one fault. For a trigger by station, the rig must be attached first. MR_OK; MR_FULL;
- * MR_USAGE: no such memory, or a time in the past; MR_UNKNOWN: no gear passes that station. The
- * core's `reason` has the text. */
+/* Adds one fault. For a trigger by station, the rig must be attached first. MR_FULL: too many
+ * faults; MR_USAGE: no such memory, or a time in the past; MR_UNKNOWN: no gear passes that station.
+ * The core's `reason` has the text. */
 enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fault *fault);
 /* Adds all faults of a script and sets its seed. */
 enum mr_status hil_faults_add_all(struct hil_faults_device *dev,

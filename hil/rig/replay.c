@@ -17,12 +17,12 @@
  * earlier arrives after the application has handled the previous block. */
 #define COMMAND_TICK_IN_BLOCK  37800u
 #define SCAN_TICKS             (MR_TICKS_PER_BLOCK / MR_SCANS_PER_BLOCK)
-/* the one-shot falls 1 us after the capture, because the next edge may be close */
+/* the pulse ends 1 us after the capture, because the next edge may be close */
 #define EDGE_PULSE_TICKS       84u
 #define TRAIN_PULSE_TICKS      8400u /* 100 us */
-/* commands from each link that the application handles per block */
+/* number of commands from each link that the application handles per block */
 #define COMMANDS_PER_LINK      2u
-/* time to the first scan after power on, and time to send the last data */
+/* time allowed before the first scan and for sending the last data */
 #define START_AND_END_MARGIN_S 1.0
 
 static uint64_t get_tick_cycles(const struct hil_replay_device *dev)
@@ -92,7 +92,7 @@ static void apply_command(struct hil_replay_device *dev, const struct mr_command
                       (unsigned)message->tag);
 }
 
-/* Called at the first conversion after TIM2's start: all ticks of the record count from that
+/* Called at the first conversion after TIM2 was started: all ticks of the record count from this
  * start. */
 static void begin_replay(struct hil_replay_device *dev)
 {
@@ -149,7 +149,7 @@ static void on_event(void *device, uint64_t at)
     struct hil_replay_state *state = dev->state;
     if (!dev->replay || !state->is_started ||
         state->reset_count != dev->core->state.counters.resets)
-        return; /* after a reset the record starts again with the first scan */
+        return; /* not started here: after a reset, the record begins again with the first scan */
     if (get_edge_pin_cycle(dev) <= at)
         move_edge_pin(dev, at);
     for (unsigned i = 0; i < HIL_REPLAY_TRAINS; i++) {
@@ -171,7 +171,8 @@ static const struct mr_block *find_block(const struct hil_replay *replay, uint64
     return place < replay->block_count ? first + place : first + replay->block_count - 1;
 }
 
-/* Position of a pin in its converter's scan. False: the record has no data for the pin. */
+/* Position of a pin in its converter's scan. Returns false if the record has no data for the
+ * pin. */
 static bool find_channel(const struct hil_rig_device *rig, unsigned port, unsigned pin,
                          bool *transducer, unsigned *channel)
 {
@@ -199,7 +200,8 @@ static uint16_t sample_code(void *device, unsigned port, unsigned pin, uint64_t 
     const struct mr_block *block = find_block(replay, since / MR_TICKS_PER_BLOCK);
     if (block != dev->codes_block) {
         hil_codes_from_block(block, &dev->codes,
-                             &unused); /* cannot fail: checked when the file was read */
+                             /* cannot fail, because the sums were checked when the file was read */
+                             &unused);
         dev->codes_block = block;
     }
     unsigned scan = (unsigned)(since % MR_TICKS_PER_BLOCK / SCAN_TICKS);
@@ -207,7 +209,7 @@ static uint16_t sample_code(void *device, unsigned port, unsigned pin, uint64_t 
         return dev->codes.adc1[channel][scan];
     int polarity = dev->rig->state->excitation;
     if (polarity == 0)
-        return 2048; /* an unexcited transducer rests at mid-scale */
+        return 2048; /* a transducer without excitation reads half of the range */
     return dev->codes.transducer[polarity < 0][channel][scan / 2u];
 }
 
@@ -265,7 +267,7 @@ static enum mr_status read_block(struct hil_text_file *r, struct hil_replay *rep
     return MR_OK;
 }
 
-/* Reads a tick, at least `apart` after the tick before. */
+/* Reads a tick, which must be at least `apart` after the tick before it. */
 static enum mr_status read_tick(struct hil_text_file *r, const char *text, uint64_t apart,
                                 uint64_t **ticks, size_t *count)
 {
@@ -384,8 +386,8 @@ static bool is_possible(unsigned sum, unsigned count, unsigned low, unsigned hig
     return sum >= least && sum <= most;
 }
 
-/* Starts with the least value of each code and spreads the rest evenly. A full code leaves its
- * share to the next ones. */
+/* Gives each code its smallest value and distributes the remaining sum evenly. What a code at its
+ * maximum cannot take goes to the following codes. */
 static void distribute_sum(unsigned sum, unsigned count, unsigned low, unsigned high,
                            uint16_t *codes)
 {
@@ -405,8 +407,8 @@ static void distribute_sum(unsigned sum, unsigned count, unsigned low, unsigned 
     }
 }
 
-/* A transducer's counts of saturated codes are for both polarities together: uses the first split
- * that fits. */
+/* Distributes the sums of a transducer's two polarities. The record has the numbers of saturated
+ * codes only for both polarities together, so this uses the first division that is possible. */
 static bool distribute_transducer_sums(const struct mr_block *block, unsigned i,
                                        struct hil_block_codes *codes)
 {

@@ -3,10 +3,11 @@
  * The converters deliver codes with the sums and counts of the recorded blocks. Block n of the
  * record is used in block n of the board, counted from the start of TIM2. The codes of a transducer
  * follow the actual polarity of the excitation pins. PA15 rises so that TIM2 captures the recorded
- * ticks of edges. PB3, PB10 and PB11 rise so that it captures those of film frames, brake and
- * wheel, from which the board has subtracted its filter delay. Commands are sent over serial (a
- * third and fourth command of one block over CAN) in the middle of the block in which they were
- * processed. The command `replay` with the maintenance jumper starts the board for a replay. */
+ * ticks of edges. PB3, PB10 and PB11 rise so that it captures the recorded ticks of film frames,
+ * brake and wheel (the board has subtracted the delay of its input filter from these ticks).
+ * Commands are sent over serial (a third and fourth command of one block over CAN) in the middle of
+ * the block in which they were processed. The command `replay` with the maintenance jumper starts
+ * the board for a replay. */
 #ifndef MATRIG_HIL_REPLAY_H
 #define MATRIG_HIL_REPLAY_H
 
@@ -19,25 +20,26 @@
 #include "common/status.h"
 #include "hil/rig/runfile.h"
 
-/* Converter codes with given sums and saturation counts. A block record does not determine the
- * individual codes; they are chosen here. */
+/* Computes converter codes that have given sums and saturation counts. A block record does not
+ * determine the individual codes, so this chooses them. */
 #define HIL_CODES_PER_POLARITY (MR_SCANS_PER_BLOCK / 2u)
 
-/* The codes of one block, in order of the scans; those of the transducers by polarity of the
- * excitation (0: forward). */
+/* The codes of one block, in order of the scans. Codes of transducers are separate for each
+ * polarity of the excitation (0: forward). */
 struct hil_block_codes {
     uint16_t transducer[2][MR_TRANSDUCERS][HIL_CODES_PER_POLARITY];
     uint16_t adc1[MR_ADC1_CHANNELS][MR_SCANS_PER_BLOCK];
 };
 
-/* Computes codes with the sums and counts of the block; absent channels get zeroes. False: there
- * are no such codes; `*channel` (0 to MR_CHANNELS - 1) is the first channel without a solution. */
+/* Computes codes with the sums and counts of the block; absent channels get zeroes. Returns false
+ * if no codes have these sums and counts; `*channel` (0 to MR_CHANNELS - 1) is the first channel
+ * without a solution. */
 bool hil_codes_from_block(const struct mr_block *block, struct hil_block_codes *codes,
                           unsigned *channel);
 
-#define HIL_REPLAY_TRAINS 3u /* film frames, brake, wheel */
+#define HIL_REPLAY_TRAINS 3u /* number of pulse trains: film frames, brake, wheel */
 #define HIL_REPLAY_FIRST_CAPTURE_CHANNEL \
-    1u /* capture channel of the first train (hil_capture_pins) */
+    1u /* capture channel of the first pulse train (hil_capture_pins) */
 
 struct hil_adc_device;
 struct hil_can_device;
@@ -69,8 +71,8 @@ struct hil_replay_device {
     struct hil_usart_device *usart;
     const struct hil_rig_device *rig; /* provides the polarity of the excitation */
     const struct hil_replay *replay;  /* record being replayed; NULL: none */
-    /* Derived; recomputed when needed. */
-    const struct mr_block *codes_block; /* block of these codes; NULL: none */
+    /* The following members are derived from the others when needed. */
+    const struct mr_block *codes_block; /* block whose codes are stored; NULL: none */
     struct hil_block_codes codes;
 };
 
@@ -82,9 +84,9 @@ double hil_replay_duration_s(const struct hil_replay *replay);
 
 /* ---- the replay file ---- */
 
-/* The replay file: the board's input during a recorded landing, as text. hil/README.md, "Replay
- * file", describes its lines. Blocks are counted from the start of the board's scans, as in the
- * records. Before the first and after the last record, the codes of that record are used. */
+/* The replay file contains the board's input during a recorded landing as text. hil/README.md,
+ * "Replay file", describes its lines. Blocks are counted from the start of the board's scans, as in
+ * the records. Before the first and after the last record, the codes of that record are used. */
 
 struct hil_replay_command {
     uint32_t block;
@@ -99,10 +101,10 @@ struct hil_replay {
     size_t block_count; /* at least 1 */
     uint64_t *edge_ticks;
     size_t edge_count;
-    struct hil_pulse_train train[HIL_REPLAY_TRAINS]; /* times in ticks */
+    struct hil_pulse_train train[HIL_REPLAY_TRAINS]; /* pulses of each train; times in ticks */
     struct hil_replay_command *commands;
     size_t command_count;
-    uint32_t block0_tick; /* TIM2 at the first trigger of block 0 */
+    uint32_t block0_tick; /* value of TIM2 at the first trigger of block 0 */
 };
 
 /* Reads a file. On failure no memory remains allocated, and `error` (size bytes) describes the

@@ -22,8 +22,10 @@
 #define TRANSDUCER_V_PER_IN 0.5
 #define CHANNEL_STAIRCASE   22u
 #define CHANNEL_REFERENCE   23u
-#define SETTLED_AFTER_TAUS  40.0 /* exp(-40) of full scale is 1e-14 codes */
-#define RELAY_BOUNCES       2u   /* times that a closing contact reopens */
+/* A step counts as settled after this many time constants: exp(-40) of full scale is 1e-14
+ * codes. */
+#define SETTLED_AFTER_TAUS  40.0
+#define RELAY_BOUNCES       2u /* number of times that a closing contact opens again */
 
 /* Time of the next change of the input with train i. */
 static uint64_t get_next_pulse_edge_ps(const struct hil_rig_device *dev, unsigned i)
@@ -71,7 +73,7 @@ void hil_rig_start(struct hil_rig_device *dev)
     schedule(dev);
 }
 
-/* Share of a contact in the staircase voltage, 0 to 1. */
+/* Contribution of a contact to the staircase voltage, 0 to 1. */
 static double compute_contact_level(const struct hil_contact *contact, double t_s, double tau_s)
 {
     double taus = (t_s - (double)contact->moved_ps * 1e-12) / tau_s;
@@ -87,7 +89,7 @@ static void move_contact(struct hil_rig_device *dev, unsigned i, bool open, uint
 {
     struct hil_rig *rig = dev->state;
     struct hil_contact *contact = &rig->contact[i];
-    hil_adc_advance(dev->adc, at); /* earlier samples must use the old state */
+    hil_adc_advance(dev->adc, at); /* compute earlier samples first, with the old state */
     double tau_s = dev->electronics->staircase_tau_s;
     contact->start_level = contact->has_moved
                              ? compute_contact_level(contact, (double)t_ps * 1e-12, tau_s)
@@ -202,8 +204,8 @@ void hil_rig_bounce_switch(struct hil_rig_device *dev, unsigned position, uint32
     contact->next_move_ps = HIL_NEVER;
 }
 
-/* Remaining part of a step after `taus` time constants. Cached, because every scan uses the same
- * few times. */
+/* Remaining part of a step after `taus` time constants. Results are cached, because every scan uses
+ * the same few times. */
 static double compute_remaining_share(struct hil_rig_device *dev, uint64_t cycles, double taus)
 {
     struct hil_settling *known =
@@ -245,7 +247,7 @@ void hil_rig_set_excitation(struct hil_rig_device *dev, bool pd12, bool pd13, ui
     int8_t wanted = (int8_t)(pd12 - pd13);
     if (wanted == rig->excitation)
         return;
-    hil_adc_advance(dev->adc, at); /* earlier samples must use the old polarity */
+    hil_adc_advance(dev->adc, at); /* compute earlier samples first, with the old polarity */
     hil_rig_count_excitation(dev, at);
     rig->excitation_start_amplitude = compute_excitation_amplitude(dev, at);
     rig->excitation = wanted;
@@ -337,7 +339,7 @@ static bool is_gage_channel(unsigned channel)
     return channel >= HIL_RUN_TRANSDUCERS && channel < HIL_RUN_COLUMNS;
 }
 
-/* Input of a channel's sensor in inches or pounds; for the staircase in volts. */
+/* Returns the input of a channel's sensor in inches or pounds; for the staircase its voltage. */
 static double get_sensor_input(const struct hil_rig_device *dev, unsigned channel, double t_s)
 {
     if (channel == CHANNEL_STAIRCASE)
@@ -348,8 +350,8 @@ static double get_sensor_input(const struct hil_rig_device *dev, unsigned channe
                               is_gage_channel(channel) ? t_s - dev->electronics->gage_lag_s : t_s);
 }
 
-/* Without a run nothing moves, so the time of the conversion is not computed: it would cost more
- * than all the rest. */
+/* As get_sensor_input, at a time. Without a run nothing moves, so the time need not be computed,
+ * which would take longer than all the rest. */
 static double get_sensor_input_at(const struct hil_rig_device *dev, unsigned channel, uint64_t at)
 {
     double t_s = dev->run ? (double)hil_clock_ps_at_cycle(&dev->core->state.clock, at) * 1e-12
@@ -434,7 +436,8 @@ void hil_rig_set_lamp_fault(struct hil_rig_device *dev, enum hil_lamp_fault lamp
     update_lamp(dev, hil_now_cycle(dev->core));
 }
 
-/* Low while the lamp draws more than the threshold of its amplifier, after a delay. */
+/* Returns the level of the lamp's read-back: low while the lamp draws more current than the
+ * threshold of the amplifier, after a delay. */
 static bool get_lamp_sense(const void *device, unsigned channel, bool *drives)
 {
     const struct hil_rig_device *dev = device;
@@ -444,7 +447,7 @@ static bool get_lamp_sense(const void *device, unsigned channel, bool *drives)
     *drives = !dev->has_no_rig;
     if (on == dev->state->is_lamp_on &&
         hil_now_ps(dev->core) < dev->state->lamp_since_ps + e->lamp_sense_ps)
-        on = !on; /* the delay has not passed */
+        on = !on; /* the delay has not passed yet, so the old level applies */
     return !(on && e->is_lamp_detected);
 }
 

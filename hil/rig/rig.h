@@ -42,21 +42,21 @@ struct hil_electronics;
 struct hil_usart_device;
 
 #define HIL_RIG_SHUNT_LB   40.0
-#define HIL_TRAIN_PULSE_PS 100000000ull /* pulses of camera, brake and wheel: 100 us */
+#define HIL_TRAIN_PULSE_PS 100000000ull /* width of the pulses of camera, brake and wheel: 100 us */
 
-/* A contact. The staircase follows its last movement, which began at moved_ps from
- * `start_level` (0 closed, 1 open). */
+/* A contact that may bounce. Its contribution to the staircase follows its last movement, which
+ * began at moved_ps from the level `start_level` (0 closed, 1 open). */
 struct hil_contact {
     bool has_moved, is_open, is_skipped;
-    uint8_t bounces_left; /* remaining openings */
+    uint8_t bounces_left; /* number of openings that remain */
     double start_level;
     uint64_t moved_ps;
     uint64_t bounce_period_ps; /* period of the bouncing */
     uint64_t next_move_ps;     /* time of the next movement; HIL_NEVER: at rest */
 };
 
-/* Cached settling of the transducers: `remaining_share` of a step remains after `taus` time
- * constants; 0: empty entry. */
+/* Cache for the settling of the transducers: after `taus` time constants, `remaining_share` of a
+ * step remains; taus 0: empty entry. */
 #define HIL_SETTLING_CACHE_SIZE 32u
 #define HIL_SETTLING_CYCLES     512u
 struct hil_settling {
@@ -74,14 +74,15 @@ enum hil_lamp_fault { HIL_LAMP_GOOD, HIL_LAMP_BROKEN, HIL_LAMP_SHORTED };
 
 struct hil_rig {
     struct hil_contact contact[24];
-    struct hil_pulse_train_state train[HIL_RUN_TRAINS]; /* pulses of the run on PB10 and PB11 */
-    uint8_t channel_fault[HIL_BOARD_CHANNELS];          /* enum hil_channel_fault */
-    double stuck_value[HIL_BOARD_CHANNELS]; /* value of a stuck channel: inches, pounds, volts */
-    double gain_drift[HIL_RUN_GAGES];       /* gain minus 1 */
+    /* pulses of brake and wheel on PB10 and PB11 */
+    struct hil_pulse_train_state train[HIL_RUN_TRAINS];
+    uint8_t channel_fault[HIL_BOARD_CHANNELS]; /* enum hil_channel_fault */
+    double stuck_value[HIL_BOARD_CHANNELS];    /* value of a stuck channel: inches, pounds, volts */
+    double gain_drift[HIL_RUN_GAGES];          /* gain minus 1 */
     double offset_drift_lb[HIL_RUN_GAGES];
     bool are_shunts_on;
     bool is_shunt_requested;  /* level of PE1 */
-    uint8_t shunt_moves_left; /* remaining movements of the relay's contacts */
+    uint8_t shunt_moves_left; /* number of movements of the relay's contacts that remain */
     uint64_t shunt_next_ps;   /* time of the next movement; HIL_NEVER: none */
     bool is_lamp_on;          /* state that the lamp's read-back follows */
     uint64_t lamp_since_ps;
@@ -91,8 +92,8 @@ struct hil_rig {
     uint64_t one_shot_end_ps;          /* HIL_NEVER: the one-shot is low */
     uint8_t lamp_fault;                /* enum hil_lamp_fault */
     int8_t excitation;                 /* polarity of the excitation: +1, -1, 0 */
-    double excitation_start_amplitude; /* amplitude at the last change */
-    uint64_t excitation_since_cycle;   /* time of the last change */
+    double excitation_start_amplitude; /* amplitude of the excitation at its last change */
+    uint64_t excitation_since_cycle;   /* cycle of the last change of the excitation */
     uint64_t excitation_since_ps;
 };
 
@@ -104,15 +105,16 @@ struct hil_rig_device {
     const struct hil_board_type *type;
     const struct hil_electronics *electronics;
     bool has_no_rig;
-    const struct hil_run *run; /* NULL: nothing moves */
+    const struct hil_run *run; /* run whose values are applied; NULL: nothing moves */
     struct hil_pin lamp_sense_pin;
-    struct hil_settling settling[HIL_SETTLING_CACHE_SIZE]; /* derived; recomputed when needed */
+    /* derived from other members when needed */
+    struct hil_settling settling[HIL_SETTLING_CACHE_SIZE];
 };
 
-/* Connects the rig to the pins, the converters and the event queue. All members of `dev` except
- * `lamp` and `settling` must be set. */
+/* Connects the rig to the pins, the converters and the event queue. The caller must have set all
+ * members of `dev` except `lamp` and `settling`. */
 void hil_rig_create(struct hil_rig_device *dev);
-/* Reads the order of the switches from the run and schedules the first one. */
+/* Determines from the run in which order the switches open, and schedules the first one. */
 void hil_rig_start(struct hil_rig_device *dev);
 /* Call when the excitation pins change: they have these levels from cycle `at` on. */
 void hil_rig_set_excitation(struct hil_rig_device *dev, bool pd12, bool pd13, uint64_t at);
@@ -139,8 +141,8 @@ double hil_rig_channel_volts(void *device, int channel, uint64_t at);
  * turns the lamp on. PE3 is low while the lamp draws current. */
 bool hil_rig_has_lamp_current(const struct hil_rig_device *dev);
 
-/* Scripted commands of a run file. They arrive at the board at their virtual time as a CAN frame or
- * as bytes on the serial line, exactly as from the host. */
+/* Scripted commands of a run file. They arrive at the board at their virtual time, as CAN frames or
+ * as bytes on the serial line, exactly as commands from a host do. */
 
 struct hil_command_script {
     uint32_t next_command; /* next command of the run */
@@ -156,7 +158,8 @@ struct hil_command_script_device {
 };
 
 /* Sends a command to the board on one of its links, as a host would. `sequence`: number of the next
- * frame on serial. MR_OK; otherwise too many commands are waiting, and this one is lost. */
+ * frame on serial. Any status except MR_OK means that too many commands are waiting and that this
+ * one is lost. */
 enum mr_status hil_command_send(struct hil_can_device *can, struct hil_usart_device *usart,
                                 uint16_t *sequence, const struct mr_command *message, bool serial);
 
@@ -177,7 +180,7 @@ struct hil_camera {
     uint64_t next_frame_ps; /* time of the next frame */
     uint64_t pulse_end_ps;  /* end of the pulse */
     uint64_t random_state;
-    uint32_t frames_to_skip; /* number of following frames without a pulse */
+    uint32_t frames_to_skip; /* number of frames from now on that give no pulse */
 };
 
 struct hil_camera_device {

@@ -56,7 +56,7 @@ char *hil_text_file_next_line(struct hil_text_file *r)
     while (r->next < r->bytes + r->size) {
         char *line = r->next, *end = strchr(line, '\n');
         if (!end)
-            break; /* the text contains a 0 */
+            break; /* end here: the text contains a 0 */
         *end = '\0';
         r->next = end + 1;
         r->place.line++;
@@ -69,7 +69,7 @@ char *hil_text_file_next_line(struct hil_text_file *r)
 void *hil_array_grow(void *array, size_t count, size_t size)
 {
     if (count & (count - 1))
-        return array; /* full arrays have a count that is a power of two */
+        return array; /* the array is full if its count is a power of two */
     array = realloc(array, (count ? 2 * count : 1) * size);
     if (!array)
         abort();
@@ -97,7 +97,8 @@ void hil_pulse_train_pass_edge(struct hil_pulse_train_state *state)
 
 #define refuse_file(r, ...) hil_file_refuse(&(r)->place, MR_MALFORMED, __VA_ARGS__)
 
-/* Seconds with up to 12 decimals, converted exactly to picoseconds; up to 10^6 s. */
+/* Parses seconds with up to 12 decimals, at most 10^6 s, and converts them exactly to
+ * picoseconds. */
 static bool parse_time_ps(const char *text, uint64_t *t_ps)
 {
     uint64_t value = 0;
@@ -217,7 +218,8 @@ static enum mr_status read_samples(struct hil_text_file *r, struct hil_run *run,
 
 static enum mr_status read_line(struct hil_text_file *r, struct hil_run *run, char *line)
 {
-    /* true values for comparisons; the board must not know them */
+    /* keys of true values, which tests compare with the board's results and the board must not
+     * know */
     static const char truth[] = " provenance landing touchdown truth transducer gage gap_in "
                                 "gap_end_in ";
     char keyword[16] = "", known[20];

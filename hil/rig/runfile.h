@@ -24,9 +24,9 @@
 #define HIL_RUN_FIRST_CAPTURE_CHANNEL 2u /* capture channel of the first train (hil_capture_pins) */
 #define HIL_RUN_NEVER                 UINT64_MAX
 
-/* The pulses on one input. The file determines the unit of their times. */
+/* The pulses on one input. The unit of their times depends on the file. */
 struct hil_pulse_train {
-    uint64_t *rise_times; /* times of the rising edges, ascending */
+    uint64_t *rise_times; /* times of the rising edges, in ascending order */
     size_t pulse_count;
 };
 
@@ -45,22 +45,22 @@ void hil_pulse_train_pass_edge(struct hil_pulse_train_state *state);
 struct hil_run_command {
     uint64_t t_ps;
     bool is_by_serial; /* true: sent by serial; false: by CAN */
-    /* the first command of the file has the tag 1, each following command a tag higher by 1 */
+    /* message with its tag: 1 for the first command of the file, then 2, 3, ... */
     struct mr_command message;
 };
 
 struct hil_run {
     double duration_s;
     unsigned switch_count; /* number in the file; always HIL_RUN_SWITCHES */
-    /* by position - 1; HIL_RUN_NEVER: the switch does not open */
+    /* indexed by position - 1; HIL_RUN_NEVER: the switch does not open */
     uint64_t switch_open_ps[HIL_RUN_SWITCHES];
     double switch_ft[HIL_RUN_SWITCHES];           /* true station of the switch */
     struct hil_pulse_train train[HIL_RUN_TRAINS]; /* brake, wheel; times in ps */
     size_t command_count;
-    struct hil_run_command *commands; /* in order of time */
+    struct hil_run_command *commands; /* commands in order of time */
     double sample_rate_hz;
     size_t sample_count; /* at least 1 */
-    /* 8 displacements in 1e-5 in, then 14 tensions in 0.01 lb */
+    /* samples: 8 displacements in 1e-5 in, then 14 tensions in 0.01 lb */
     int32_t (*samples)[HIL_RUN_COLUMNS];
 };
 
@@ -76,8 +76,8 @@ void hil_run_free(struct hil_run *run);
  * pounds. */
 double hil_run_true_value(const struct hil_run *run, unsigned column, double t_s);
 
-/* A text file. Its first line contains the kind of the file and its version, its last line is `end`
- * with the CRC-32 of everything before it. */
+/* A text file whose first line contains its kind and version, and whose last line is `end` with the
+ * CRC-32 of everything before it. */
 struct hil_text_file {
     struct hil_file_place place; /* at.line: line number of the present line */
     char *bytes, *next;          /* the caller must free `bytes`, also after a failure */
@@ -91,7 +91,7 @@ enum mr_status hil_text_file_open(struct hil_text_file *record, const char *kind
  * NULL: no more lines. */
 char *hil_text_file_next_line(struct hil_text_file *record);
 /* Makes room for one more element in an array of `count` elements of `size` bytes and returns it.
- * Aborts without memory, as the board does. */
+ * Aborts if there is no memory, as the board does. */
 void *hil_array_grow(void *array, size_t count, size_t size);
 
 #endif

@@ -6,11 +6,12 @@
  * It starts after a reset with BOOT0 high, or by a jump to the vectors at 0x1FFF0000 (stack
  * pointer, entry) from firmware that has returned clock, interrupts and peripherals to their reset
  * state. Like the original it does not change VTOR. It measures the rate of the first byte, 0x7F,
- * with SysTick; the original promises 1200 to 115200 Baud, this one also works somewhat above.
+ * with SysTick; the original is specified for 1200 to 115200 Baud; this one also works somewhat
+ * above that.
  *
- * Differences from ST's: no CAN2, USB and USART3; flash is programmed x32 where alignment allows,
- * otherwise x8, without a choice; no commands for write protection; Write Memory cannot write
- * option bytes. */
+ * Differences from ST's: no CAN2, USB and USART3; flash is always programmed x32 where alignment
+ * allows, otherwise x8; no commands for write protection; Write Memory cannot write option
+ * bytes. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -61,7 +62,8 @@
 #define RX_PIN           (1u << 10)
 #define FLASH_BEGIN      0x08000000u
 #define FLASH_END        0x08100000u
-#define RAM_BEGIN        0x20002000u /* the variables of this program are below this address */
+/* first address of RAM that programs may use; the variables of this program are below it */
+#define RAM_BEGIN        0x20002000u
 #define RAM_END          0x20020000u
 #define SYSTEM_BEGIN     0x1fff0000u
 #define SYSTEM_END       0x1fff7000u
@@ -89,7 +91,7 @@ static void sleep_until_interrupt(void)
     feed_watchdog();
     NVIC_ICPR(0) = 1u << 4;
     NVIC_ICPR(1) = 1u << 5;
-    SCB_ICSR = 1u << 25; /* clears the pending SysTick */
+    SCB_ICSR = 1u << 25; /* clear the pending SysTick interrupt */
 }
 
 static uint8_t receive_byte(void)
@@ -129,7 +131,8 @@ static void set_fast_clock(void)
     while (RCC_CFGR & 0xcu)
         ;
     RCC_CR &= ~(1u << 24);
-    RCC_PLLCFGR = 2u << 28 | 16u | 192u << 6 | 3u << 16 | 4u << 24; /* 16 MHz / 16 * 192 / 8 */
+    /* PLL settings: 16 MHz / 16 * 192 / 8 */
+    RCC_PLLCFGR = 2u << 28 | 16u | 192u << 6 | 3u << 16 | 4u << 24;
     RCC_CR |= 1u << 24;
     while (!(RCC_CR & 1u << 25))
         ;
@@ -205,7 +208,7 @@ static void open_serial_line(void)
     NVIC_ISER(0) = 1u << 4;
 }
 
-/* Returns the peripherals used to their reset state. */
+/* Resets the peripherals that this program has used. */
 static void close_serial_line(void)
 {
     while (!(USART1_SR & TC))
@@ -441,7 +444,7 @@ static void change_options(uint32_t clear, uint32_t set)
     reset_system();
 }
 
-/* Returns to level 0; the hardware erases everything first. */
+/* Sets the protection to level 0; the hardware erases everything first. */
 static void command_readout_unprotect(void)
 {
     send_ack_or_nack(true);
@@ -476,7 +479,7 @@ static void execute_command(uint8_t command)
     case 0x21: command_go(); break;
     case 0x31: command_write(); break;
     case 0x44: command_erase(); break;
-    case 0x82: change_options(0xffu << 8, 0x55u << 8); break; /* readout protect */
+    case 0x82: change_options(0xffu << 8, 0x55u << 8); break; /* command "readout protect" */
     case 0x92: command_readout_unprotect(); break;
     default: send_ack_or_nack(false); break;
     }
