@@ -11,7 +11,7 @@
 #include "firmware/schedule.h"
 #include "firmware/channels.h"
 
-/* supervision ticks without a block until the scans count as stopped */
+/* number of supervision ticks without a block after which the scans count as stopped */
 #define STALL_TICKS ((unsigned)SCHEDULE_STALL_PHASE)
 
 #define BLOCKS(NAME, period, phase, stalled, who, why)           \
@@ -19,7 +19,8 @@
                    #NAME " does not go into a round without scans");
 #include "firmware/schedule.def"
 
-/* Checks at compile time that a row is only due in blocks in which the other row is due, too. */
+/* Checks at compile time that one row of the schedule is due only in blocks in which another row is
+ * due too. */
 #define DUE_TOGETHER(NAME, OTHER)                                               \
     _Static_assert(SCHEDULE_##NAME##_PERIOD % SCHEDULE_##OTHER##_PERIOD == 0 && \
                        SCHEDULE_##NAME##_PHASE % SCHEDULE_##OTHER##_PERIOD ==   \
@@ -31,7 +32,7 @@ DUE_TOGETHER(ZONES, LAMP);
 DUE_TOGETHER(ALL_FAULTS, FAULTS);
 #undef DUE_TOGETHER
 
-/* Sets the row of a missing block in the histories to NaN. */
+/* Sets the histories of a missing block to NaN. */
 static void clear_history_row(struct app *app, uint32_t index)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -106,7 +107,7 @@ void app_start(struct app *app)
     memset(app, 0, sizeof *app);
     configstore_start(&app->configstore);
     app->can_base = config.site[0].can_base;
-    board_can_set_base(app->can_base); /* before the first frame is sent */
+    board_can_set_base(app->can_base); /* set the base before the first frame is sent */
     landing_start(&app->landing);
     channels_start(&app->channels);
     mr_deframer_init(&app->deframer);
@@ -125,7 +126,7 @@ void app_start(struct app *app)
     board_set_warning(false);
 }
 
-/* Sends up to APP_BLOCKS_BEFORE_ARMING blocks before the next one, without a gap, so that a record
+/* Sends up to APP_BLOCKS_BEFORE_ARMING consecutive blocks before the next one, so that the record
  * contains all blocks on which its first means depend. */
 static void report_blocks_before_arming(struct app *app)
 {
@@ -144,7 +145,7 @@ static bool is_channel_fitted(const struct app *app, unsigned channel)
     return app->fitted >> channel & 1u;
 }
 
-/* Channels that are not fitted stay NaN. */
+/* Converts the readings of a block. Values of channels that are not fitted stay NaN. */
 static void read_channels(struct app *app, const struct mr_block *block)
 {
     unsigned row = block->index % 4;
@@ -179,7 +180,7 @@ static enum mr_status execute_arm(struct app *app, const struct mr_command *comm
 {
     if (command->argument < 0 || command->argument > (mr_i32)UINT16_MAX)
         return MR_USAGE;
-    /* without blocks the landing would not be measured */
+    /* without blocks, the landing could not be measured */
     if (app->ticks_without_block >= STALL_TICKS)
         return MR_NOT_NOW;
     if (calibrate_is_busy(&app->calibrate) || keystore_is_writing(&app->keystore))
@@ -212,7 +213,8 @@ static enum mr_status execute_arm(struct app *app, const struct mr_command *comm
     return status;
 }
 
-/* Ends the prediction of a landing. If a gear rolled, the survey is no longer valid. */
+/* Ends the prediction for a landing. If a gear has rolled, the survey is discarded, because it is
+ * no longer valid. */
 static void end_prediction(struct app *app, uint32_t index)
 {
     if (predict_end(&app->predict, &app->telemetry, &app->landing, index))
@@ -240,7 +242,7 @@ static enum mr_status execute_mark(struct app *app, const struct mr_command *com
 
 static enum mr_status execute_survey(struct app *app, const struct mr_command *command)
 {
-    /* largest value that the message `slack` can repeat */
+    /* the limit is the largest value that the message `slack` can report */
     if (command->index >= MR_SEGMENTS || command->argument < 0 ||
         command->argument >= (int32_t)MR_MISSING_U16)
         return MR_USAGE;
@@ -267,7 +269,8 @@ static enum mr_status execute_bootrom(struct app *app, const struct mr_command *
     return MR_OK;
 }
 
-/* Applies a configuration. Readings, switches passed and sums of the old one are discarded. */
+/* Applies a configuration. Readings, passed switches and sums of the old configuration are
+ * discarded. */
 static enum mr_status execute_config_apply(struct app *app, const struct mr_command *command)
 {
     if (calibrate_is_busy(&app->calibrate) || is_box_closing(app))
@@ -362,7 +365,7 @@ static enum mr_status execute_live(struct app *app, const struct mr_command *com
 static enum mr_status execute_backlog(struct app *app, const struct mr_command *command)
 {
     enum mr_status status = predict_set_backlog(&app->predict, command->argument);
-    /* no answer, because the replayed landing had none */
+    /* no answer, because the original board gave none */
     return status == MR_OK ? NO_ANSWER : status;
 }
 
@@ -370,7 +373,7 @@ static enum mr_status execute_replay(struct app *app, const struct mr_command *c
 {
     (void)command;
     app->is_replay = true;
-    return NO_ANSWER; /* no answer, because the replayed landing had none */
+    return NO_ANSWER; /* no answer, because the original board gave none */
 }
 
 static enum mr_status execute_box(struct app *app, const struct mr_command *command)
@@ -381,14 +384,14 @@ static enum mr_status execute_box(struct app *app, const struct mr_command *comm
 static enum mr_status execute_key(struct app *app, const struct mr_command *command)
 {
     if (blackbox_has_memory(&app->box) && !blackbox_is_idle(&app->box))
-        return MR_WAIT; /* the black box may erase for minutes */
+        return MR_WAIT; /* not ready: the black box may be erasing for minutes */
     enum mr_status status = keystore_execute(&app->keystore, command);
     /* the answer follows when the key has been written */
     return status == MR_OK ? NO_ANSWER : status;
 }
 
-/* Executes a command with the function of its module. It is a switch, because the stack bound that
- * the build computes does not allow function pointers. */
+/* Executes a command by calling the function of its module. A switch is used and no table of
+ * functions, because the build computes the stack depth, which function pointers would prevent. */
 static enum mr_status dispatch_command(struct app *app, const struct mr_command *command)
 {
     switch (command->code) {
@@ -400,8 +403,8 @@ static enum mr_status dispatch_command(struct app *app, const struct mr_command 
     }
 }
 
-/* Per command code: enum mr_command_when (0: no such code), enum mr_command_links, enum
- * mr_privilege. */
+/* Rules by command code: in which states (enum mr_command_when; 0: no such code), by which links,
+ * with which privilege. */
 static const struct command_rule {
     uint8_t states, links, privilege;
 } command_rule[] = {
@@ -410,8 +413,8 @@ static const struct command_rule {
 #include "common/catalogue.def"
 };
 
-/* MR_OK if commands from this link may be executed; otherwise the status that names what is
- * missing. */
+/* Returns MR_OK if commands from this link may be executed; otherwise the status that states why
+ * not. */
 static enum mr_status check_link(const struct app *app, enum mr_command_links links)
 {
     bool jumper = links != MR_LINKS_BOTH && board_is_jumper_fitted();
@@ -430,16 +433,16 @@ static enum mr_status execute_command(struct app *app, const struct mr_command *
         !command_rule[command->code].states)
         return MR_UNKNOWN;
     const struct command_rule *rule = &command_rule[command->code];
-    /* The proof is checked first and is then used up, so that an eavesdropper cannot repeat a
-     * command that is refused below. */
+    /* Check the proof first, so that it is used up even if the command is refused below; otherwise
+     * an eavesdropper could repeat the command later. */
     if (rule->privilege == MR_PRIVILEGE_OPERATOR) {
         enum mr_status status = proof_check(&app->proof, &app->keystore, &app->telemetry,
                                             app->is_by_serial, payload);
         if (status != MR_OK)
             return status;
     }
-    /* The state is checked before the link, so that a replayed landing gets the same answer on
-     * either link. */
+    /* Check the state before the link, so that a replayed landing gets the same answer on either
+     * link. */
     if (!(rule->states >> app->landing.state & 1u))
         return MR_NOT_NOW;
     return check_link(app, (enum mr_command_links)rule->links) ?: dispatch_command(app, command);
@@ -454,7 +457,7 @@ static enum mr_status handle_command(struct app *app, const uint8_t *payload, si
         return status;
     blackbox_record_message(&app->box, MR_ID_COMMAND, payload, length);
     status = execute_command(app, &command, payload);
-    /* recorded after its execution, because it begins the record */
+    /* record the command after its execution, because arming begins the record */
     if (command.code == MR_COMMAND_ARM && status == MR_OK)
         blackbox_record_message(&app->box, MR_ID_COMMAND, payload, length);
     if (status != NO_ANSWER)
@@ -510,8 +513,8 @@ static void handle_input(struct app *app)
     tasks_done(MR_TASK_COMMANDS);
 }
 
-/* Mean of the last `count` rows of a history of 4 rows; NaN if one is missing. `row` is the
- * newest. */
+/* Computes the mean of the last `count` rows of a history of 4 rows; NaN if one is missing. `row`:
+ * the newest row. */
 static void compute_mean_of_last(const float *history, unsigned width, unsigned row, unsigned count,
                                  float *mean)
 {
@@ -523,7 +526,7 @@ static void compute_mean_of_last(const float *history, unsigned width, unsigned 
     }
 }
 
-/* Measures the mat temperature and continues the slow log. */
+/* Measures the mat temperature and updates the slow log. */
 static void handle_slow_log(struct app *app, uint32_t index)
 {
     const struct landing *landing = &app->landing;
@@ -566,7 +569,7 @@ static void process_block(struct app *app, const struct mr_block *block)
     channels_report(&app->channels, &app->telemetry, &app->landing, block->index,
                     app->displacement_in[row], app->baseline.zero_in, app->tension_lb[row]);
     if (changes.has_new_state && app->landing.state == MR_LANDING_DONE) {
-        /* before the message that ends the landing */
+        /* report the bands before the message that ends the landing */
         bandwatch_end(&app->bandwatch, &app->telemetry);
         end_prediction(app, block->index);
     }
@@ -631,22 +634,22 @@ static void count_lost_blocks(struct app *app, uint32_t next_index)
     app->next_index = next_index;
 }
 
-/* Copies the next block into newest_blocks, over one that is no longer needed. NULL: no block is
- * ready. */
+/* Copies the next block into newest_blocks, in place of one that is no longer needed. NULL: no
+ * block is ready. */
 static struct mr_block *fetch_block(struct app *app)
 {
     struct mr_block *expected = &app->newest_blocks[app->next_index % APP_NEWEST_BLOCKS];
     if (!board_block_get(expected))
         return NULL;
     struct mr_block *block = &app->newest_blocks[expected->index % APP_NEWEST_BLOCKS];
-    if (block != expected) /* blocks are missing in between */
+    if (block != expected) /* blocks between these two are missing */
         *block = *expected;
     return block;
 }
 
-/* Runs the storage of the board's key. It uses the memory before all other modules at start, and
- * while the key is changed, which is possible only while nothing is armed. True: it uses the memory
- * now. */
+/* Continues the storage of the board's key. It uses the memory before all other modules at start,
+ * and while the key is changed, which is possible only while nothing is armed. Returns true if it
+ * uses the memory now. */
 static bool poll_keystore(struct app *app, bool free)
 {
     struct keystore *store = &app->keystore;
@@ -663,7 +666,7 @@ static bool poll_keystore(struct app *app, bool free)
     return store->is_in_progress || store->state == MR_KEY_NOT_READ;
 }
 
-/* Shares the memory between the board's key, the black box and the predictor's runway, one
+/* Lets the board's key, the black box and the predictor's runway use the memory in turn, one
  * operation at a time; the runway only when the others are idle. A page of the runway that is being
  * written when a landing begins takes 3 ms at most. An erase takes 400 ms; it begins only while
  * nothing is armed, and the box keeps free pages in its ring for it, as for an erase of its own. */
@@ -671,7 +674,7 @@ static void share_nor_memory(struct app *app)
 {
     struct blackbox *box = &app->box;
     struct runwaystore *store = &app->runwaystore;
-    /* the black box uses the memory only after the key has been read */
+    /* allow the black box to use the memory once the key has been read */
     bool begun = app->keystore.state != MR_KEY_NOT_READ;
     runwaystore_set_memory(store, blackbox_has_memory(box));
     if (!runwaystore_poll(store, &app->predict, app->slack_in) &&
@@ -707,7 +710,8 @@ bool app_poll(struct app *app)
     return any;
 }
 
-/* Without scans there are no blocks and no landing: the tasks that handle them are not late. */
+/* Marks the tasks that process blocks as done: without scans there are no blocks, so these tasks
+ * are not late. */
 static void mark_tasks_done(void)
 {
     tasks_done(MR_TASK_BLOCKS);
@@ -716,7 +720,7 @@ static void mark_tasks_done(void)
     tasks_done(MR_TASK_PREDICTOR);
 }
 
-/* True if a row that continues without scans is due at this phase of the round. */
+/* True if a row of the schedule that continues without scans is due at this phase of the round. */
 static bool is_row_due_without_scans(uint32_t phase)
 {
     bool due = false;
@@ -726,8 +730,8 @@ static bool is_row_due_without_scans(uint32_t phase)
     return due;
 }
 
-/* Without scans the block index stands still. Each second sends one round of the regular messages
- * that need no block or time base. */
+/* Sends, once a second while the scans are stopped, one round of the regular messages that need no
+ * block and no time base. The block index does not advance in this time. */
 static void report_without_scans(struct app *app)
 {
     for (uint32_t phase = 0; phase < SCHEDULE_ROUND; phase++) {

@@ -26,15 +26,16 @@
 /* number of blocks averaged in a message of displacements and in one of tensions */
 #define APP_DISPLACEMENT_BLOCKS    2u
 #define APP_TENSION_BLOCKS         4u
-/* a record begins this many blocks before arming, because the first means reach back that far */
+/* number of blocks in a record before arming; the first means include these blocks */
 #define APP_BLOCKS_BEFORE_ARMING   APP_TENSION_BLOCKS
-#define APP_NEWEST_BLOCKS          8u /* blocks kept: those before arming, and new ones */
+/* number of stored blocks: those before arming, and new ones */
+#define APP_NEWEST_BLOCKS          8u
 /* Input processed per block: two commands from each link. The limit prevents a flood of commands
- * from delaying blocks or filling the links with answers. The input queues can hold a complete
- * survey. */
+ * from delaying blocks or filling the links with answers. The input queues are large enough for a
+ * complete survey. */
 #define APP_CAN_COMMANDS_PER_BLOCK 2u
 #define APP_SERIAL_BYTES_PER_BLOCK 36u
-/* 50 ms to send the answer before the boot ROM takes over */
+/* 50 ms for sending the answer before the boot ROM starts */
 #define APP_BOOTROM_DELAY_TICKS    5u
 
 struct app {
@@ -49,23 +50,25 @@ struct app {
 
     /* the block with index i is at i modulo APP_NEWEST_BLOCKS */
     struct mr_block newest_blocks[APP_NEWEST_BLOCKS];
-    uint32_t consecutive_blocks; /* consecutive blocks up to the newest */
+    uint32_t consecutive_blocks; /* number of consecutive blocks up to the newest one */
 
     /* Readings of the newest block and of the three before it, NaN for a lost block. A message
-     * carries the mean of the last 2 or 4. Not updated while no means are sent. */
+     * contains the mean of the last 2 or 4. They are not updated while no means are sent. */
     float displacement_in[4][MR_TRANSDUCERS];
     float tension_lb[4][MR_GAGES];
 
     struct baseline baseline;
 
     struct channels channels;
-    float slack_in[MR_SEGMENTS]; /* survey; NaN: not surveyed since a landing */
+    /* surveyed slack of each segment; NaN: not surveyed since the last landing */
+    float slack_in[MR_SEGMENTS];
     struct predict predict;
     struct runwaystore runwaystore;
     struct keystore keystore;
     struct proof proof;
-    unsigned ticks_without_block; /* supervision ticks of 10 ms */
-    unsigned ticks_to_rom; /* supervision ticks until the boot ROM starts; 0: not requested */
+    unsigned ticks_without_block; /* number of supervision ticks (10 ms) without a block */
+    /* number of supervision ticks until the boot ROM starts; 0: not requested */
+    unsigned ticks_to_rom;
 
     struct configstore configstore;
     struct bandwatch bandwatch;
@@ -88,8 +91,8 @@ void app_apply_configuration(struct app *app);
 /* Processes everything that is due: commands, then each block that is ready. Returns true if there
  * was a block. */
 bool app_poll(struct app *app);
-/* Supervision, every 10 ms: restarts stopped scans, and keeps the board communicating without
- * scans. */
+/* Supervision, every 10 ms: restarts stopped scans, and sends messages in place of the block
+ * processing while there are no scans. */
 void app_supervise(struct app *app);
 
 #endif

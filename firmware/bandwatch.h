@@ -7,12 +7,12 @@
 #include "common/onboard/landing.h"
 #include "firmware/telemetry.h"
 
-/* interval between updates of the wheel's position; extrapolated in between */
+/* interval between computations of the wheel's position, which is extrapolated in between */
 #define BANDWATCH_WHEEL_BLOCKS 64u
 
 struct bandwatch {
     struct mr_bands bands;
-    struct landing_wheel wheel; /* wheel at block wheel_block */
+    struct landing_wheel wheel; /* state of the wheel at block wheel_block */
     uint32_t wheel_block;
     bool is_wheel_known; /* the wheel's position has been determined since arming */
 };

@@ -5,31 +5,33 @@
 #include "common/wire.h"
 #include "firmware/health.h"
 
-/* steps of work per call of blackbox_poll; a read takes two calls or more */
+/* maximum steps of a memory job per call of blackbox_poll; a read takes two calls or more */
 #define JOB_STEPS_PER_POLL       128u
 #define VERIFY_TRIES_MAX         2u
 #define ERASE_TRIES_MAX          2u
 #define FAILURES_MAX             64u
-#define ERASE_ASSUMED_MS         60u /* assumed until an erase has been timed */
+#define ERASE_ASSUMED_MS         60u /* assumed duration of an erase until one has been measured */
 #define READ_TRIES_MAX           4u
 #define SCAN_TRIES_MAX           32u /* each page of a sector is read twice */
-/* free pages of the ring: twice the 58 bytes per ms that arrive while 8 pages of configuration are
- * written, each in 4 ms */
+/* reserve of free pages in the ring: twice the data (58 bytes per ms) that arrives while 8 pages of
+ * configuration are written, 4 ms each */
 #define RING_RESERVE_PAGES       16u
-#define RING_RESERVE_ERASE_PAGES 112u /* RING_RESERVE_PAGES plus 400 ms of the stream */
+/* reserve during an erase: RING_RESERVE_PAGES plus the data of 400 ms */
+#define RING_RESERVE_ERASE_PAGES 112u
 #define SECTOR_PAGES             NOR_PAGES_PER_SECTOR
 
 /* States of a sector that belongs to no record. */
 enum {
     SECTOR_BAD = 0xf9, /* programming or erasing failed */
     SECTOR_UNREAD = 0xfa,
-    /* dirty, and marked to show that its record was freed; erased after all other dirty sectors */
+    /* as dirty, but carries a mark that its record was freed; erased after all other dirty
+     * sectors */
     SECTOR_LAST = 0xfb,
     SECTOR_DIRTY = 0xfc,
-    /* belongs to a record that does not fit into `records`; it is not touched */
+    /* belongs to a record for which `records` has no room; must not be changed */
     SECTOR_FOREIGN = 0xfd,
-    /* erased, or its first page read as erased at start; a failed write shows that another page is
-     * not */
+    /* erased, or assumed so because its first page was empty at start; a failed write reveals
+     * another page that is not */
     SECTOR_ERASED = 0xff,
 };
 _Static_assert(BLACKBOX_RECORDS_MAX <= SECTOR_BAD,
@@ -70,8 +72,8 @@ static void set_sector(struct blackbox *box, unsigned sector, uint8_t state)
     box->sector[sector] = state;
 }
 
-/* Returns the next sector in this state from `from` on, wrapping around the memory; NOR_SECTORS:
- * none. */
+/* Returns the next sector in this state, searching from `from` on and around the end of the memory;
+ * NOR_SECTORS: none. */
 static unsigned find_sector(const struct blackbox *box, unsigned from, uint8_t state)
 {
     for (unsigned n = 0; n < NOR_SECTORS; n++) {
@@ -128,7 +130,7 @@ static void drop_record(struct blackbox *box, unsigned place)
 
 /* --- pages --- */
 
-/* True if the ring drops its oldest page when full, because nothing is written. */
+/* True if the ring drops its oldest page when it is full, because no landing is being written. */
 static bool is_ring_running(const struct blackbox *box)
 {
     return box->state == MR_BOX_READY || box->state == MR_BOX_LOOKING;
@@ -163,8 +165,8 @@ static void begin_ring(struct blackbox *box)
     box->stream_writer.page[MR_BOXPAGE_FIRST_OFFSET] = 0;
 }
 
-/* True if the ring has room for one more block or message, which may need the page after the open
- * one. */
+/* True if the ring has room for one more block or message, which may continue in the page after the
+ * open one. */
 static bool has_ring_room(const struct blackbox *box)
 {
     return is_ring_running(box) || box->pages_closed + 1 - box->pages_written < BLACKBOX_RING_PAGES;
@@ -184,7 +186,7 @@ static void close_page(struct blackbox *box, struct blackbox_writer *writer)
 
 _Static_assert(MR_BOXPAGE_PAYLOAD_BYTES % 4u == 0, "no word crosses the end of a page");
 
-/* Appends `count` bits word by word: `bits` holds whole words, padded with zeroes. */
+/* Appends `count` bits word by word; `bits` has complete words, padded with zeroes. */
 static void append_bits(struct blackbox *box, struct blackbox_writer *writer, const uint8_t *bits,
                         size_t count)
 {
@@ -207,13 +209,13 @@ static void append_bits(struct blackbox *box, struct blackbox_writer *writer, co
     }
 }
 
-/* Ends a page with the end tag, then ones. */
+/* Ends the stream of a page: writes the end tag, then ones. */
 static void end_stream(struct blackbox *box, struct blackbox_writer *writer)
 {
     static const uint8_t end_tag[4] = {3};
     append_bits(box, writer, end_tag, MR_PACK_TAG_BITS);
     uint8_t ones[4];
-    unsigned left = (32u - writer->bit % 32u) % 32u; /* bits left in the word */
+    unsigned left = (32u - writer->bit % 32u) % 32u; /* number of free bits in the last word */
     mr_put_u32(ones, (1u << left) - 1u);
     append_bits(box, writer, ones, left);
     if (writer->bit) {
@@ -302,14 +304,14 @@ void blackbox_record_configuration(struct blackbox *box, uint16_t id, const uint
         return;
     }
     health_count(MR_FAULT_BOX_LOST, 1);
-    /* ends the page properly: otherwise a reader would continue with bits of the stream */
+    /* end the page properly; otherwise a reader would continue with bits of the stream */
     end_stream(box, &box->config_writer);
     box->is_configuring = false;
 }
 
-/* Skips the pages ahead of the first key: they cannot be read. Also skips enough to keep free pages
- * in the ring for the blocks that arrive while the configuration is written and a running erase
- * ends. */
+/* Skips the pages before the first key, which a reader could not decode. Skips further pages if the
+ * ring would not have enough room for the blocks that arrive while the configuration is written and
+ * an erase ends. */
 static void skip_to_key(struct blackbox *box)
 {
     uint32_t slack = box->is_waiting_for_erase || box->job == JOB_ERASE ||
@@ -381,7 +383,7 @@ static void check_scanned_page(struct blackbox *box)
         scan_next_sector(box);
     } else if (++box->tries < SCAN_TRIES_MAX) {
         begin_read(box, JOB_SCAN_PAGE, box->job_sector, box->tries / 2);
-    } else { /* damaged, or not a page of the black box */
+    } else { /* the page is damaged, or not one of the black box */
         set_sector(box, box->job_sector, SECTOR_DIRTY);
         scan_next_sector(box);
     }
@@ -585,7 +587,7 @@ static void close_record(struct blackbox *box, bool complete)
     record->blocks = box->end.blocks;
     record->lost = box->end.lost;
     if (record->first_sector == NOR_SECTORS)
-        record->is_used = false; /* not a single page was written */
+        record->is_used = false; /* no page was written, so there is no record */
     box->state = MR_BOX_READY;
     begin_ring(box);
 }
@@ -613,7 +615,7 @@ static bool begin_program(struct blackbox *box)
     if (box->write_page == SECTOR_PAGES) {
         unsigned sector = find_sector(box, box->write_sector, SECTOR_ERASED);
         if (sector == NOR_SECTORS) {
-            /* memory full: the ring keeps its pages and new data is lost */
+            /* the memory is full: the ring keeps its pages, and new data is lost */
             if (box->state == MR_BOX_CLOSING)
                 close_record(box, false);
             return false;
@@ -696,7 +698,7 @@ static void check_erased_page(struct blackbox *box)
         else
             begin_read(box, JOB_CHECK_ERASED, box->job_sector, box->job_page + 1);
     } else if (box->state != MR_BOX_READY || box->is_armed) {
-        return; /* the sector stays dirty until a later erase */
+        return; /* leave the sector dirty for a later erase */
     } else if (++box->tries < ERASE_TRIES_MAX) {
         begin_erase(box, box->job_sector);
     } else {
@@ -735,7 +737,7 @@ static void check_mark(struct blackbox *box)
     if (!(box->buffer[MR_BOXPAGE_KIND_OFFSET] & MR_BOXPAGE_NOT_FREED))
         drop_record(box, (unsigned)box->freeing_index);
     else
-        health_count(MR_FAULT_NOR_FAILED, 4); /* the record is not freed */
+        health_count(MR_FAULT_NOR_FAILED, 4); /* the record could not be freed */
     box->freeing_index = -1;
 }
 
@@ -918,8 +920,8 @@ enum mr_status blackbox_read(struct blackbox *box, uint16_t record, uint32_t pag
         return status;
     if (place < 0)
         return MR_UNKNOWN;
-    /* A sector holds at most SECTOR_PAGES pages of the record, so page n is in sector n /
-     * SECTOR_PAGES of the record or a later one. */
+    /* Page n of a record is in sector n / SECTOR_PAGES of the record or in a later one, because a
+     * sector has at most SECTOR_PAGES of its pages. */
     box->read_sector = box->records[place].first_sector;
     for (uint32_t n = 0;
          n < page / SECTOR_PAGES && box->read_sector != box->records[place].last_sector; n++)

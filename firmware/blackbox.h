@@ -29,19 +29,20 @@
 #include "common/catalogue.h"
 #include "firmware/board.h"
 
-/* pages, 32 KiB: the longest erase (0.4 s) needs 24 KiB; the longest page program takes 3 ms */
+/* size in pages (32 KiB): during the longest erase (0.4 s) 24 KiB arrive; programming a page takes
+ * 3 ms at most */
 #define BLACKBOX_RING_PAGES         128u
-/* pages for start and configuration: tables of 8 points for all 22 channels take 6.7 KB, a runway
- * of 512 mats takes 1.9 KB */
+/* pages for start page and configuration: tables of 8 points for all 22 channels take 6.7 KB, a
+ * runway of 512 mats takes 1.9 KB */
 #define BLACKBOX_CONFIG_PAGES       40u
 #define BLACKBOX_RECORDS_MAX        64u
 #define BLACKBOX_RESERVE_SECTORS    288u /* sectors */
-/* maximum pages between two keys, at which a reader can resynchronise */
+/* maximum number of pages between two keys, at which a reader can begin to decode */
 #define BLACKBOX_KEY_INTERVAL_PAGES 16u
 #define BLACKBOX_PART_BYTES         128u /* bytes of a page that one frame carries */
 
 struct blackbox_record {
-    bool is_used, is_complete; /* not complete: the power failed during recording */
+    bool is_used, is_complete; /* is_complete false: the power failed during recording */
     uint16_t record, landing;
     uint16_t first_sector, last_sector;
     uint32_t first_seq, next_seq;
@@ -50,32 +51,31 @@ struct blackbox_record {
 
 struct blackbox_writer {
     uint8_t *page;
-    unsigned bit;  /* next bit of the payload */
-    uint32_t held; /* bits of an incomplete word, not yet in the page */
+    unsigned bit;  /* number of the next bit of the payload */
+    uint32_t held; /* bits of the last, incomplete word, which is not in the page yet */
 };
 
 struct blackbox {
     /* MISSING: no memory, or not configured; landings are recorded without it. READY: idle or
      * armed. CLOSING: writing the last pages of a landing. FAILED: too many pages failed in a row,
-     * or the memory stays busy; not used until the next start. */
+     * or the memory stayed busy; the box is not used until the next start. */
     enum mr_box_condition state;
-    bool is_stuck;    /* FAILED because the memory stays busy */
-    bool is_disabled; /* excluded by the configuration */
+    bool is_stuck;    /* the state is FAILED because the memory stayed busy */
+    bool is_disabled; /* the configuration has no black box */
     uint32_t now_ms;  /* index of the newest block */
 
-    /* index in `records` of the record in this sector, or the sector's state (enum in
-     * blackbox.c) */
+    /* for each sector: index in `records` of its record, or its state (enum in blackbox.c) */
     uint8_t sector[NOR_SECTORS];
     unsigned ready_sectors, dirty_sectors,
         bad_sectors; /* number of sectors that are erased, to be erased, and unusable */
     struct blackbox_record records[BLACKBOX_RECORDS_MAX];
     uint16_t next_record;
     uint32_t next_seq;
-    /* sector written last; not erased until a newer one is written, because its numbers are needed
-     * at start */
+    /* sector written last; not erased until a newer one is written, because the next start needs
+     * the numbers in it */
     unsigned newest_sector;
 
-    /* Record being assembled. */
+    /* The record being assembled. */
     struct mr_pack pack;
     bool is_key_due;
     uint8_t ring[BLACKBOX_RING_PAGES][MR_BOXPAGE_BYTES];
@@ -88,11 +88,11 @@ struct blackbox {
     struct mr_boxpage_start_page start;
     struct mr_boxpage_end end;
     bool is_armed;
-    /* the first block of the record, which begins with a key, has not been packed yet */
+    /* the first block of the record, which must begin with a key, has not been packed yet */
     bool is_first_block_open;
-    bool is_end_written;         /* the end page is in the ring */
-    uint32_t stored_count;       /* blocks packed since start */
-    uint32_t first_stored_count; /* blocks packed before the record's first block */
+    bool is_end_written;         /* the end page has been put into the ring */
+    uint32_t stored_count;       /* number of blocks packed since start */
+    uint32_t first_stored_count; /* number of blocks packed before the record's first block */
     uint32_t last_block;
     /* block index, and number of blocks packed since start, at the first key of each page */
     uint32_t key_block[BLACKBOX_RING_PAGES], key_stored[BLACKBOX_RING_PAGES];
@@ -102,9 +102,10 @@ struct blackbox {
     unsigned job, job_sector, job_page, tries;
     uint8_t buffer[MR_BOXPAGE_BYTES];
     unsigned record_index; /* index in `records` of the record being written */
-    unsigned write_sector; /* sector being written, or start of the search for the next */
-    unsigned write_page;   /* page being written; NOR_PAGES_PER_SECTOR: no sector is open */
-    unsigned failures;     /* number of consecutive pages that failed the read-back */
+    /* sector being written, or sector from which the search for the next one starts */
+    unsigned write_sector;
+    unsigned write_page; /* page being written; NOR_PAGES_PER_SECTOR: no sector is open */
+    unsigned failures;   /* number of consecutive pages that failed the read-back */
     uint32_t erase_begun_ms, erase_ms;
     bool is_waiting_for_erase; /* waiting for an erase by the runway store (app.c) */
     int freeing_index;         /* index of the record being freed; -1: none */
@@ -115,7 +116,8 @@ struct blackbox {
     int reading_index; /* index of the record; -1: none */
     uint32_t read_page;
     unsigned read_sector, read_cursor, read_tries;
-    /* `read_buffer` holds page read_page; the record has no further pages */
+    /* is_page_ready: `read_buffer` has page read_page; has_read_all: the record has no further
+     * pages */
     bool is_page_ready, has_read_all;
     unsigned read_part;
     uint8_t read_buffer[MR_BOXPAGE_BYTES];
@@ -124,16 +126,17 @@ struct blackbox {
 void blackbox_start(struct blackbox *box);
 /* True if there is a memory that executes commands. */
 bool blackbox_has_memory(const struct blackbox *box);
-/* Call if no black box is configured: nothing is recorded, and the memory is not accessed. */
+/* Call if the configuration has no black box: nothing is recorded, and the memory is not
+ * accessed. */
 void blackbox_disable(struct blackbox *box);
 /* Continues the operation of the memory, without waiting. `now_ms`: index of the newest block. */
 void blackbox_poll(struct blackbox *box, uint32_t now_ms);
 
-/* True if the box does not need the memory now. */
+/* True if the black box does not need the memory now. */
 bool blackbox_is_idle(const struct blackbox *box);
 
-/* MR_OK: a landing may be armed (without a memory it is armed without the box); MR_WAIT: call again
- * after blackbox_wait_s; MR_FULL: records must be freed first. */
+/* MR_OK: a landing may be armed (it is recorded without the box if there is no memory); MR_WAIT:
+ * call again after blackbox_wait_s; MR_FULL: records must be freed first. */
 enum mr_status blackbox_check_ready(const struct blackbox *box);
 /* Expected seconds until blackbox_check_ready returns MR_OK; NaN: waiting does not help. */
 float blackbox_wait_s(const struct blackbox *box);
@@ -151,15 +154,15 @@ void blackbox_record_message(struct blackbox *box, uint16_t id, const uint8_t *p
                              size_t length);
 /* Call at the first edge: writing to the memory starts here. */
 void blackbox_trigger(struct blackbox *box, uint32_t block);
-/* Call when the landing has ended or was aborted. Has no effect if none was triggered. */
+/* Call when the landing has ended or was aborted. Has no effect if blackbox_trigger was not called
+ * for it. */
 void blackbox_finish(struct blackbox *box);
 
 /* MR_OK: records can be listed, read and freed. MR_WAIT: the box is scanning its memory, closing a
  * record or freeing one; try again soon. MR_NOT_NOW: a landing is armed or in progress, or there is
  * no memory. */
 enum mr_status blackbox_check_at_rest(const struct blackbox *box);
-/* Frees a record. MR_OK; MR_UNKNOWN: no such record; MR_WAIT, MR_NOT_NOW: as
- * blackbox_check_at_rest. */
+/* Frees a record. MR_UNKNOWN: no such record; MR_WAIT, MR_NOT_NOW: as blackbox_check_at_rest. */
 enum mr_status blackbox_free(struct blackbox *box, uint16_t record);
 /* Starts reading out a record at page `page`. Status as blackbox_free. */
 enum mr_status blackbox_read(struct blackbox *box, uint16_t record, uint32_t page);

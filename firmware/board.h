@@ -48,9 +48,11 @@ struct board_can_errors {
 struct board_restart {
     uint8_t restarts;    /* restarts by watchdog or processor fault since power on */
     uint8_t consecutive; /* consecutive restarts, without ten good seconds in between */
-    bool is_quiet; /* too many in a row: no scans and no black box, and the warning output is on */
-    uint8_t brown_out; /* level of the option bytes, as in the message restarts */
-    uint8_t late_task; /* task that was late before a watchdog reset; 0: none */
+    /* too many restarts in a row: the board starts without scans and black box, with the warning
+     * output on */
+    bool is_quiet;
+    uint8_t brown_out; /* brown-out level of the option bytes, as in the message restarts */
+    uint8_t late_task; /* task that was late before the watchdog reset; 0: none */
     uint32_t late_pc;
     /* MR_CRASH_ITEM_COUNT words recorded by a processor fault; NULL: none since power on */
     const uint32_t *crash;
@@ -102,23 +104,25 @@ bool board_can_send(const struct board_can_frame *frame);
 unsigned board_can_waiting(void);
 bool board_can_receive(struct board_can_frame *frame);
 /* Returns TIM2 at the acknowledged end of the last sync frame if its message had `block`; false:
- * that frame has not been sent. The time is late by the interrupt latency, less than 30 us. */
+ * that frame has not been sent. The time is too late by the interrupt latency, which is less than
+ * 30 us. */
 bool board_can_sync_tick(uint32_t block, uint32_t *tick);
 /* Drops all waiting frames, including those in the controller's mailboxes. A frame on the wire is
  * completed first; board_can_errors.is_pending becomes false when no frame is left. */
 void board_can_clear(void);
-/* Leaves bus-off in two steps: call with `begin` true, and one tick later with false. The
+/* Leaves bus-off in two steps: call with `begin` true, then with false one tick later. The
  * controller then waits for 128 times 11 recessive bits. */
 void board_can_rejoin(bool begin);
 void board_can_state(struct board_can_errors *errors);
-/* Queues all of `length` bytes or none. */
+/* Queues all of `length` bytes, or none and returns false. */
 bool board_serial_send(const uint8_t *bytes, size_t length);
 size_t board_serial_receive(uint8_t *bytes, size_t capacity);
 
-/* Sets the warning output (lamp and horn). The output is fail-safe: it is on when the board is
- * dead. */
+/* Sets the warning output (lamp and horn). The output is fail-safe: it is on when the board does
+ * not run. */
 void board_set_warning(bool warning);
-/* Switches the shunt resistors across one arm of every strain bridge; off after reset. */
+/* Switches the shunt resistors, one across an arm of every strain bridge. They are off after a
+ * reset. */
 void board_set_shunts(bool on);
 /* True if the lamp draws current. */
 bool board_has_lamp_current(void);
@@ -134,8 +138,8 @@ void board_enter_rom(void);
 /* Restarts the board. Does not return on the board. */
 void board_reset(void);
 void board_get_restart(struct board_restart *restart);
-/* Records the late task and its PC for the report after a watchdog reset; task 0: the task has run
- * again. May be called from an interrupt. */
+/* Records the late task and its PC for the report after a watchdog reset; task 0: the task is no
+ * longer late. May be called from an interrupt. */
 void board_record_late_task(uint8_t task, uint32_t pc);
 /* Call after ten good seconds: the next restart counts as the first in a row. May be called from an
  * interrupt. */
@@ -151,14 +155,15 @@ void board_get_upkeep(struct board_upkeep *upkeep);
  * about 5 ms. False: the image has no header with a CRC. */
 bool board_image_check(bool *good);
 
-/* Sleeps until the next interrupt. Returns true when a supervision tick (10 ms) has passed since
- * the last call. */
+/* Sleeps until the next interrupt. Returns true if a supervision tick (every 10 ms) has occurred
+ * since the last call. */
 bool board_sleep(void);
-/* Share of time awake since the last call, in 1/1000. */
+/* Returns the share of time since the last call in which the processor was not asleep, in
+ * 1/1000. */
 uint16_t board_load_permille(void);
 /* Starts the scans of the channels whose bits are set (staircase and reference always), or restarts
- * them with different channels: blocks keep their index and tick, and one or two blocks are lost.
- * Takes at most about 2 ms. */
+ * them with different channels. Indexes and ticks of blocks continue without a jump; one or two
+ * blocks are lost. Takes at most about 2 ms. */
 void board_scans_configure(uint32_t fitted);
 /* Restarts the scans after a stall. Blocks and time as in board_scans_configure. */
 void board_scans_restart(void);
@@ -178,12 +183,14 @@ void board_scans_restart(void);
 /* Present content of a copy's sector, FLASH_COPY_BYTES bytes. */
 const uint8_t *flash_copy(unsigned copy);
 
-/* Erase and program only between these two calls. */
+/* Erase and program only between calls of these two functions. */
 void flash_begin(void);
 void flash_end(void);
-/* False: the erase failed or timed out (1 s); the content of the sector is then undefined. */
+/* Erases a sector. Returns false if the erase failed or timed out (1 s); the content of the sector
+ * is then undefined. */
 bool flash_erase(unsigned copy);
-/* `offset` is in bytes, a multiple of 4. Programming can only change ones to zeroes. */
+/* Programs a word. `offset` is in bytes, a multiple of 4. Programming can only change ones to
+ * zeroes. */
 bool flash_program(unsigned copy, uint32_t offset, uint32_t word);
 
 /* ---- nor ---- */
@@ -198,8 +205,8 @@ bool flash_program(unsigned copy, uint32_t offset, uint32_t word);
 #define NOR_PAGE_BYTES       256u
 #define NOR_SECTOR_BYTES     4096u
 #define NOR_CHIP_SECTORS     4096u
-/* the last sectors hold the copies of the predictor's runway (runwaystore.h), one each; the sectors
- * before them hold the copies of the key (keystore.h) */
+/* The last sectors hold the copies of the predictor's runway (runwaystore.h), one sector each; the
+ * sectors before them hold the copies of the key (keystore.h). */
 #define RUNWAY_COPIES        2u
 #define KEY_COPIES           2u
 /* the black box uses all other sectors */
@@ -209,11 +216,12 @@ bool flash_program(unsigned copy, uint32_t offset, uint32_t word);
 #define NOR_PAGES_PER_SECTOR (NOR_SECTOR_BYTES / NOR_PAGE_BYTES)
 
 enum nor_status {
-    NOR_IDLE, /* the last operation has ended; only reading back shows whether it succeeded */
+    NOR_IDLE, /* the last operation has ended; only reading back shows whether it was successful */
     NOR_BUSY,
-    NOR_FAILED,  /* the last operation timed out; the next one may be tried */
-    NOR_MISSING, /* no chip, or not the expected one; this state is final */
-    NOR_STUCK,   /* a chip answers, but stays busy; this state is final */
+    NOR_FAILED, /* the last operation timed out; the next one may be tried */
+    /* there is no chip, or not the expected one; this state does not change any more */
+    NOR_MISSING,
+    NOR_STUCK, /* a chip responds, but stays busy; this state does not change any more */
 };
 
 /* Continues the operation in progress and returns the state of the memory. */
@@ -238,8 +246,8 @@ enum i2c_status {
     I2C_IDLE, /* the last transfer was acknowledged and has ended */
     I2C_BUSY,
     I2C_NO_ANSWER, /* the last transfer was not acknowledged; the next one may be tried */
-    /* a line was held, or the transfer timed out; nine clocks and a stop have been sent to free the
-     * bus, and the next transfer may be tried */
+    /* a line was held low, or the transfer timed out. Nine clocks and a stop have been sent to free
+     * the bus, and the next transfer may be tried */
     I2C_STUCK,
 };
 

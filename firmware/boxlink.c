@@ -8,7 +8,7 @@
 #include "firmware/schedule.h"
 #include "firmware/configround.h"
 
-#define PAGE_BITS 15u /* bits of the argument of box-read */
+#define PAGE_BITS 15u /* bits of the argument of the command box-read that hold the page */
 
 enum mr_status boxlink_execute(struct boxlink *link, struct blackbox *box,
                                struct telemetry *telemetry, const struct mr_command *command)

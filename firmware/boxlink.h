@@ -11,8 +11,8 @@ struct boxlink {
     unsigned next_record; /* index of the next record to be listed */
 };
 
-/* Executes a command. Returns MR_OK or the reason for refusal; MR_UNKNOWN also if the command is
- * not for the black box. */
+/* Executes a command. Returns MR_OK or the reason for refusal. MR_UNKNOWN: no such record, or the
+ * command is not for the black box. */
 enum mr_status boxlink_execute(struct boxlink *link, struct blackbox *box,
                                struct telemetry *telemetry, const struct mr_command *command);
 /* Call when a landing has been armed: passes the facts and the configuration of the landing to the

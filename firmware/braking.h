@@ -1,5 +1,5 @@
-/* The brake-applied edge and the wheel-speed pick-up: while a landing is recorded, the board
- * reports each edge of the brake and each pulse of the wheel.
+/* The signal "brake applied" and the pick-up of wheel speed. While a landing is recorded, the board
+ * reports each edge of the brake signal and each pulse of the pick-up.
  *
  * At most 16 pulses per revolution keep a wheel at 46 ft/s below 500 pulses per second: 6 % of the
  * CAN bus. With site.brake_edge and site.wheel_pulses 0 nothing is captured or sent. */
@@ -12,7 +12,7 @@
 
 struct braking {
     struct pulses brake, wheel;
-    uint16_t count; /* pulses of the wheel since arming */
+    uint16_t count; /* number of wheel pulses since arming */
 };
 
 /* Call when a landing is armed. */

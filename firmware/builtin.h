@@ -1,5 +1,5 @@
-/* The built-in configuration, which a new board uses until it receives a different one. There is
- * one constant or list for each property in which rigs differ. The lists call X once for each
+/* The built-in configuration, which a new board uses until it receives a different one. It has a
+ * constant or a list for each property in which rigs differ. A list calls the macro X once for each
  * fitted sensor.
  *
  * Test images of other rigs redefine some of these: tests/variant. */
@@ -25,8 +25,8 @@
 
 #define BUILTIN_BLACK_BOX         1
 #define BUILTIN_CAMERA            0
-/* 0: neither pick-up nor edge of the brake. The rolling radius of a 7 in wheel is 0.292 ft, within
- * 0.5 % (our choice). */
+/* Pulses per revolution of the wheel; 0: neither pick-up nor brake signal is fitted. The rolling
+ * radius of the 7 in wheel was chosen as 0.292 ft, within 0.5 %. */
 #define BUILTIN_WHEEL_PULSES      0
 #define BUILTIN_PREDICTOR         1
 #define BUILTIN_UPDATES_PER_BLOCK MR_PREDICTOR_UPDATES_PER_BLOCK

@@ -12,7 +12,8 @@
 #define MOVEMENT_MAX_IN    0.004f
 #define MOVEMENT_MAX_LB    0.75f
 #define ZERO_OFFSET_MAX_LB 30.0f
-/* allowed deviation relative to the expected span; at least SIGNIFICANCE_SIGMA standard errors */
+/* allowed deviation of the span, relative to the expected span; at least SIGNIFICANCE_SIGMA
+ * standard errors are allowed */
 #define SPAN_TOLERANCE     0.01f
 #define SIGNIFICANCE_SIGMA 3.0f
 #define HALF_BLOCKS        (CALIBRATE_BLOCKS / 2u)
@@ -68,7 +69,8 @@ static bool is_calibrated(const struct calibrate *calibrate, unsigned channel)
 
 /* ---- means of a phase ---- */
 
-/* Code to which common/channels.h applies the zero: not yet corrected by the reference. */
+/* Returns the code to which common/channels.h applies the zero, before correction by the
+ * reference. */
 static float get_channel_code(const struct mr_block *block, unsigned channel)
 {
     float sum = channel < MR_TRANSDUCERS
@@ -209,9 +211,9 @@ static void end_phase(struct calibrate *calibrate)
     }
 }
 
-/* The factor is 1.5 because the span is the difference between a mean over 256 blocks and a mean
- * over 512 blocks. The configured gain error does not widen the limit: the shunt exists to check
- * the gain. */
+/* Checks the span of a gage. The variance has the factor 1.5 because the span is the difference
+ * between a mean over 256 blocks and one over 512 blocks. The configured gain error does not widen
+ * the limit, because the shunt is there to check the gain. */
 static enum verdict check_span(const struct calibrate *calibrate, unsigned g, float span_lb)
 {
     const struct mr_channel_config *channel = &config.channel[MR_TRANSDUCERS + g];

@@ -3,15 +3,16 @@
  *
  * zero: averages CALIBRATE_BLOCKS blocks of the requested channels. The zeros are accepted only if
  * all channels are valid, no channel moves, and no gage is more than 30 lb from its configured zero
- * (a band under tension is not at zero). A channel counts as moving if its standard deviation, or
- * the difference between the first and second half, exceeds 0.004 in or 0.75 lb. Each channel is
- * reported (zero_result); if the zeros are accepted, the configuration is sent again.
+ * (the zero cannot be measured with a band under tension). A channel counts as moving if its
+ * standard deviation, or the difference between the first and second half, exceeds 0.004 in or 0.75
+ * lb. Each channel is reported (zero_result); if the zeros are accepted, the configuration is sent
+ * again.
  *
  * shunt: measures CALIBRATE_BLOCKS blocks three times: at rest, with the relay on, and at rest
- * again. After each switching of the relay, it waits CALIBRATE_SETTLE_BLOCKS blocks for relay and
- * amplifiers. The calibration takes 0.9 s. The span of each gage that has a shunt is reported with
- * its nominal value and its change since the previous calibration (shunt, shunt_result,
- * shunt_check). The relay is off at the end in every case.
+ * again. After each switching of the relay, it waits CALIBRATE_SETTLE_BLOCKS blocks, in which relay
+ * and amplifiers settle. The calibration takes 0.9 s. The span of each gage that has a shunt is
+ * reported with its nominal value and its change since the previous calibration (shunt,
+ * shunt_result, shunt_check). The relay is off at the end in every case.
  *
  * The command is answered at the end of the calibration: MR_OK; MR_LIMIT: a channel failed its
  * check, as reported; MR_TIMEOUT: the scans stopped. It is answered at once with MR_NOT_NOW (from
@@ -33,16 +34,16 @@ struct calibrate_mean {
 
 struct calibrate {
     uint8_t command;       /* 0: no calibration in progress */
-    uint8_t zero_argument; /* argument of the command zero */
+    uint8_t zero_argument; /* argument of the command `zero` */
     uint8_t phase;
     uint16_t tag;
-    uint32_t began_block, next_block; /* next_block: the first one used after settling */
-    unsigned count;                   /* blocks processed in this phase */
+    uint32_t began_block, next_block; /* next_block: first block that is used after settling */
+    unsigned count;                   /* number of blocks processed in this phase */
     uint32_t invalid_channels;        /* one bit per channel: not valid in at least one block */
     struct calibrate_mean mean[MR_CHANNELS];
     float rest_lb[MR_GAGES], shunted_lb[MR_GAGES],
         noise_lb[MR_GAGES]; /* results of completed phases */
-    uint32_t moved_gages;   /* one bit per gage */
+    uint32_t moved_gages;   /* bit mask of gages that moved */
     uint16_t number;        /* number of shunt calibrations since reset */
     /* results of the previous calibration; NaN: none */
     float last_span_lb[MR_GAGES], last_rest_lb[MR_GAGES];

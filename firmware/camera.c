@@ -29,8 +29,8 @@ static void report_frames(struct camera *camera, struct telemetry *telemetry, ui
                        .tick = ticks[i], .block16 = (uint16_t)index);
 }
 
-/* True if the wheel is at the camera's station when a pulse would begin, after the end of the
- * block. */
+/* True if the wheel will be at the camera's station when a pulse sent now would begin, after the
+ * end of the block. */
 static bool is_at_station(const struct landing *landing, uint32_t tick)
 {
     return landing->state == MR_LANDING_LANDING &&
@@ -58,7 +58,7 @@ void camera_on_block(struct camera *camera, struct telemetry *telemetry,
         camera->is_high = false;
     }
     if (!config.site[0].camera) {
-        camera->due_cause = 0; /* the pulse was for a camera that is no longer configured */
+        camera->due_cause = 0; /* discard the request: the camera is no longer configured */
         return;
     }
     if (!camera->is_station_trigger_done && is_at_station(landing, tick)) {

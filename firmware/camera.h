@@ -1,12 +1,12 @@
 /* The film camera: the board sends a trigger pulse, and reports the time of the camera's pulse for
  * each frame.
  *
- * The trigger is a pulse of 10 ms. It is sent by command, and either when a landing is armed or,
- * once per landing, when the gear should be at site.camera_station_ft according to the last motion
- * estimate. Frame pulses are reported while a landing is recorded, numbered from arming. A camera
- * sends 64 to 200 frame pulses per second. At 200 per second they take 2.4 % of the CAN bus, 1.8 %
- * of serial and 2.1 kB/s of the black box. With site.camera 0 nothing is captured, triggered or
- * sent. */
+ * The trigger is a pulse of 10 ms. It is sent by command, when a landing is armed, or (once per
+ * landing) when the last motion estimate puts the gear at site.camera_station_ft, depending on the
+ * configuration. Frame pulses are reported while a landing is recorded, numbered from arming. A
+ * camera sends 64 to 200 frame pulses per second. At 200 per second they take 2.4 % of the CAN bus,
+ * 1.8 % of serial and 2.1 kB/s of the black box. With site.camera 0 nothing is captured, triggered
+ * or sent. */
 #ifndef MATRIG_FIRMWARE_CAMERA_H
 #define MATRIG_FIRMWARE_CAMERA_H
 
@@ -18,14 +18,14 @@
 #define CAMERA_PULSE_BLOCKS 10u
 
 struct camera {
-    /* the trigger by station has been sent in this landing or is not needed */
+    /* the trigger at the station has been sent in this landing, or is not configured */
     bool is_station_trigger_done;
-    /* cause of a trigger in the next block (enum mr_camera_cause); 0: no trigger */
+    /* cause of the trigger to be sent in the next block (enum mr_camera_cause); 0: none */
     uint8_t due_cause;
     bool is_high;
     uint32_t high_block; /* block at which the pulse began */
     struct pulses pulses;
-    uint16_t frames; /* frames since arming */
+    uint16_t frames; /* number of frames since arming */
 };
 
 /* Executes the trigger command. MR_OK; MR_NOT_NOW: there is no camera. */

@@ -27,8 +27,7 @@ static enum mr_can_state find_state(const struct canwatch *watch)
     if (errors->is_bus_off)
         return MR_CAN_OFF;
     if (stalled && watch->state == MR_CAN_OFF)
-        /* remains off until a frame has been sent, because on a shorted bus, bus-off ends and
-         * starts again */
+        /* stay off until a frame has been sent: on a shorted bus, bus-off ends and begins again */
         return MR_CAN_OFF;
     if (stalled)
         return errors->is_passive && errors->last_error == LEC_NO_ACKNOWLEDGE ? MR_CAN_UNPLUGGED
@@ -49,8 +48,8 @@ static uint16_t *get_current_drops(struct canwatch *watch)
     return watch->state == MR_CAN_OFF ? &watch->drop_count.bus_off : &watch->drop_count.timeout;
 }
 
-/* Handles the frames that wait during an outage: they are kept at first, then dropped; then only
- * the alarm is sent, as a probe. */
+/* Handles the frames that wait during an outage: keeps them at first, then drops them. From then on
+ * only the alarm frame is sent, to probe the bus. */
 static void leave_outage(struct canwatch *watch, bool passed, struct canwatch_changes *changes)
 {
     switch (watch->phase) {
@@ -77,7 +76,7 @@ static void leave_bus_off(struct canwatch *watch)
 {
     if (watch->rejoin_ticks)
         watch->rejoin_ticks--;
-    if (watch->is_rejoining) { /* the controller has had one tick to stop */
+    if (watch->is_rejoining) { /* one tick has passed, in which the controller has stopped */
         board_can_rejoin(false);
         watch->is_rejoining = false;
     } else if (watch->errors.is_bus_off && !watch->rejoin_ticks) {

@@ -1,13 +1,13 @@
 /* Supervises the CAN link every 10 ms: determines its state and handles frames while the bus is
  * blocked.
  *
- * The bus counts as blocked when a frame is waiting and no frame has been sent for 20 ms. An
- * unplugged cable is recognised by its errors: no node acknowledges, TEC stays at 128, and bus-off
- * never occurs (ISO 11898-1, fault confinement, exception 1). Frames wait for 100 ms, so that a
- * bouncing connector causes no loss. Older frames would be stale, and serial and the black box have
- * their data: waiting and new frames are dropped and counted. Only the alarm frame stays in the
- * controller, which repeats it until a node acknowledges it. Then frames are accepted again, and
- * the first one reports the length of the outage.
+ * The bus counts as blocked if a frame is waiting and none has been sent for 20 ms. An unplugged
+ * cable is recognised by its errors: no node acknowledges, TEC stays at 128, and bus-off never
+ * occurs (ISO 11898-1, fault confinement, exception 1). Frames wait for 100 ms, so that a bouncing
+ * connector causes no loss. After that, waiting and new frames are dropped and counted, because
+ * their data would be out of date and is also sent to serial and the black box. Only the alarm
+ * frame stays in the controller, which repeats it until a node acknowledges it. Then frames are
+ * accepted again, and the first one reports the length of the outage.
  *
  * The board leaves bus-off at most ten times per second, so that a broken board disturbs the bus
  * for only a hundredth of the time. Pure except for the calls of board.h. */
@@ -28,13 +28,14 @@ struct canwatch {
     enum mr_can_state state;
     enum canwatch_phase phase;
     struct board_can_errors errors;
-    bool is_silent;         /* the clock is not accurate enough: nothing is sent or supervised */
+    /* nothing is sent or supervised, because the clock is not accurate enough for CAN */
+    bool is_silent;
     uint32_t sent_count;    /* frames sent up to the last tick */
-    unsigned stalled_ticks; /* ticks since a frame was sent or none was waiting */
-    unsigned rejoin_ticks;  /* ticks until the board may leave bus-off again */
+    unsigned stalled_ticks; /* number of ticks since a frame was sent or no frame was waiting */
+    unsigned rejoin_ticks;  /* number of ticks until the board may leave bus-off again */
     bool is_rejoining;
     uint16_t outages;
-    uint32_t outage_ticks;  /* length of the present or last outage */
+    uint32_t outage_ticks;  /* length of the present or the last outage, ticks */
     uint32_t removed_count; /* queued frames that were dropped */
     struct mr_can_drops drop_count;
 };
@@ -42,15 +43,15 @@ struct canwatch {
 /* Result of a tick. */
 struct canwatch_changes {
     bool has_state_changed;  /* the state changed: report it on serial at once */
-    bool must_send_probe;    /* pass the alarm frame to the controller now */
+    bool must_send_probe;    /* the alarm frame must be passed to the controller now */
     bool has_outage_ended;   /* an outage has ended: send alarm and drops on both links */
-    bool has_become_passive; /* error passive since this tick */
-    bool has_become_off;     /* bus-off since this tick */
+    bool has_become_passive; /* the controller has become error passive in this tick */
+    bool has_become_off;     /* the controller has become bus-off in this tick */
 };
 
 void canwatch_start(struct canwatch *watch, bool silent);
 struct canwatch_changes canwatch_tick(struct canwatch *watch);
-/* True if a frame may be queued now; a refused frame is counted. */
+/* True if a frame may be queued now. Counts the frame as refused if not. */
 bool canwatch_is_accepting(struct canwatch *watch);
 /* Call when the queue has refused a frame. */
 void canwatch_count_full(struct canwatch *watch);

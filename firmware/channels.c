@@ -11,7 +11,8 @@
 #include "firmware/schedule.h"
 
 #define BLOCKS_PER_H         3600000.0f
-#define QUALITY_ROUND_BLOCKS 1000u /* blocks in which each channel is checked once */
+/* number of blocks in which the quality of each channel is reported once */
+#define QUALITY_ROUND_BLOCKS 1000u
 _Static_assert(QUALITY_ROUND_BLOCKS / SCHEDULE_QUALITY_PERIOD >= MR_WATCH_CHANNELS,
                "one turn for each channel");
 
@@ -97,8 +98,9 @@ void channels_report(struct channels *channels, struct telemetry *telemetry,
 
 /* ---- zero ---- */
 
-static uint32_t measured_channels; /* channels with a measured zero, bit per channel */
-static uint32_t changed_channels;  /* channels with a new zero since the last zero_get_changed */
+static uint32_t measured_channels; /* bit mask of channels whose zero was measured */
+/* bit mask of channels whose zero was changed since the last zero_get_changed */
+static uint32_t changed_channels;
 static float configured_code[MR_CHANNELS], configured_error[MR_CHANNELS];
 
 void zero_reset(void)

@@ -12,7 +12,7 @@
 
 struct channels {
     struct mr_watch watch;
-    /* block of the last zero, or 0 for power on; the hours of drift count from here */
+    /* block of the last zero, or 0 for power on; drift counts from this block on */
     uint32_t zero_block[MR_WATCH_CHANNELS];
 };
 
@@ -21,18 +21,18 @@ void channels_start(struct channels *channels);
  * `index`. */
 void channels_arm(struct channels *channels, uint32_t index);
 
-/* Call after the zeros of the channels in the bit mask `which` were measured, just before block
- * `index`. */
+/* Call after the zeros of the channels in the bit mask `which` were measured, immediately before
+ * block `index`. */
 void channels_on_zero(struct channels *channels, uint32_t which, uint32_t index);
 
-/* Reading of channel 0..MR_WATCH_CHANNELS-1 of a block. Call for each block, with channels in
- * rising order. */
+/* Returns the reading of channel 0..MR_WATCH_CHANNELS-1 of a block. Call for each block, with
+ * channels in ascending order. */
 float channels_read(struct channels *channels, const struct mr_block *block, unsigned channel,
                     float ratio);
 
-/* Call after a block's readings and its landing step: sends events at once and the quality of the
- * channels in rotation. `displacement_in`, `tension_lb`: the newest readings; `baseline_in`: the
- * baselines of movements, NaN: none. */
+/* Call after the readings and the landing step of a block. Sends events at once, and the quality of
+ * one channel after another. `displacement_in`, `tension_lb`: the newest readings; `baseline_in`:
+ * the baselines of movements, NaN: none. */
 void channels_report(struct channels *channels, struct telemetry *telemetry,
                      const struct landing *landing, uint32_t index, const float *displacement_in,
                      const float *baseline_in, const float *tension_lb);
@@ -44,8 +44,8 @@ void channels_report(struct channels *channels, struct telemetry *telemetry,
  * A measured zero takes effect at once: it is written to config.channel[].zero_code, which all
  * users of a channel read, and the message channel_zero (with `measured`) sends it to the host and
  * into every record. config.channel[].zero_error becomes ZERO_ERROR_LB or ZERO_ERROR_IN unless the
- * configured error is smaller. A measured zero is volatile: the configured zero is kept here,
- * returns after a reset, and is the one in a stored configuration. */
+ * configured error is smaller. A measured zero is lost at a reset: the configured zero is kept
+ * here, is used again after a reset, and is the one that a stored configuration contains. */
 
 /* Standard error of a zero measured over 256 blocks: noise, and residual movement of mat or band.
  * Boards with randomly drawn tolerances (tests/electronics) give 0.03 lb and 0.0003 in. The
@@ -53,8 +53,8 @@ void channels_report(struct channels *channels, struct telemetry *telemetry,
 #define ZERO_ERROR_LB 0.1f
 #define ZERO_ERROR_IN 0.0005f
 
-/* Call after each change of the configuration: discards the measured zeros and keeps those of the
- * configuration. */
+/* Call after each change of the configuration: discards the measured zeros and stores the
+ * configured ones. */
 void zero_reset(void);
 /* Sets the measured zero of `channel`, 0 to MR_CHANNELS - 1. */
 void zero_set_measured(unsigned channel, float zero_code);

@@ -17,21 +17,21 @@
 #define LB_PER_CODE       (3.3f / 4096.0f / GAGE_V_PER_LB)
 #define TENSION_ZERO_CODE (0.400f * 4096.0f / 3.3f)
 
-/* Errors and limits of uncalibrated sensors; calibration sheets replace them. The share of the
- * electronics comes from the circuits (hil/circuits/figures.def) over 10 degrees either way;
- * tests/hil/test_electronics.c checks these values against it.
+/* Errors and limits of uncalibrated sensors, which apply until calibration values replace them. The
+ * part due to the electronics is from the circuits (hil/circuits/figures.def) for temperature
+ * changes up to 10 degrees; tests/hil/test_electronics.c checks these values against it.
  * Electrolytic transducer, 3 in of travel: reading better than 0.5 % (uniform: 0.5 % over the root
  * of 3), drive and amplifier 0.38 %, conductivity 0.07 % a degree: 0.65 % in all. Its zero is set
  * by hand to 0.01 in; it is linear to 0.1 % of its travel; conductivity moves the zero with
- * temperature, 0.002 in an hour. The mat under a braking wheel moves at some 5 in/s in the standard
- * series; 100 in/s is twenty times that.
- * Bridge: gage factor to 0.5 % (uniform), amplifier to 0.1 %. Before the command `zero`, the zero
- * of a trimmed bridge is within 1 lb. An untrimmed bridge is off by hundreds: beyond the
- * amplifier's range it reads as open or short, and the command `zero` refuses it
+ * temperature, 0.002 in an hour. In the standard series the mat under a braking wheel moves at
+ * about 5 in/s; the rate limit of 100 in/s is twenty times that. Bridge: gage factor to 0.5 %
+ * (uniform), amplifier to 0.1 %. Before the command `zero`, the zero of a trimmed bridge is within
+ * 1 lb. The zero of an untrimmed bridge may be off by hundreds of pounds: beyond the amplifier's
+ * range the bridge reads as open or short, and the command `zero` refuses it
  * (firmware/calibrate.h). A measured zero has its own error (firmware/channels.h). Drift 0.5 lb an
  * hour; linear to 0.1 lb. The amplifier's output ends at 0 V (-80 lb) and at 3.3 V (580 lb). Band
- * tension rises within some 50 ms: 20000 lb/s is a hundred times the observed rate.
- * Reference: 0.05 % (uniform). */
+ * tension rises within about 50 ms; the rate limit of 20000 lb/s is a hundred times the observed
+ * rate. Reference: 0.05 % (uniform). */
 #define TRANSDUCER_ERRORS                                                    \
     .gain_error = 0.0065f, .zero_error = 0.0058f, .linearity_error = 0.002f, \
     .drift_error_per_h = 0.002f, .low = -0.5f, .high = 3.0f, .rate_limit_per_s = 100.0f
@@ -40,7 +40,7 @@
     .low = -75.0f, .high = 575.0f, .rate_limit_per_s = 20000.0f
 #define REFERENCE_GAIN_ERROR 0.00029f
 
-/* Codes are of a converter with a 3.3 V supply. */
+/* Codes in the configuration are those of a converter with a 3.3 V supply. */
 #define NOMINAL_MV   3300u
 #define REFERENCE_MV 2500u
 
@@ -63,9 +63,9 @@
                                 .gage_factor = 2.0f,            \
                                 .shunt_lb = 40.0f},
 
-/* Every 5 ft. The first two switches are on the track before touchdown (negative: before the
- * runway's edge) and give the track speed. Steps are 64 + 8 i codes, with i permuted as 7 (p - 1)
- * mod 24, so neighbours along the runway differ by 56 codes or more. */
+/* Switches are 5 ft apart. The first two are on the track before touchdown (negative stations:
+ * before the runway's edge) and give the speed on the track. Steps are 64 + 8 i codes, with i
+ * permuted as 7 (p - 1) mod 24, so neighbours along the runway differ by 56 codes or more. */
 #define SWITCH(p)                                                  \
     {                                                              \
         -2.5f + 5.0f * (float)((p)-1), 64 + 8 * (7 * ((p)-1) % 24) \
@@ -110,13 +110,13 @@ struct mr_config config = {
         },
     .band =
         {
-            /* 3/8 x 0.020 in of mild steel yields at 33 ksi: 247 lb */
+            /* the bands are 3/8 x 0.020 in, of mild steel that yields at 33 ksi: 247 lb */
             {.pretension_lb = 100.0f, .yield_lb = 240.0f},
             {.pretension_lb = 100.0f, .yield_lb = 240.0f},
         },
-    /* The model rig: 0.466 lb of AM2 to scale in a strip of 12/7 ft; joints that reproduce its
-     * movements (tests/runs/README.md); 1300 lb on twelve axles. Critical compression: w L / 2 h0
-     * for an irregularity of 0.043 in. */
+    /* Parameters of the model rig: a strip of 12/7 ft of AM2 mat to scale, 0.466 lb a mat; joint
+     * properties that reproduce its movements (tests/runs/README.md); 1300 lb on twelve axles.
+     * Critical compression: w L / 2 h0 for an irregularity of 0.043 in. */
     .predict = {{
         .fitted = BUILTIN_PREDICTOR,
         .updates_per_block = BUILTIN_UPDATES_PER_BLOCK,

@@ -10,8 +10,8 @@
 extern struct mr_config config;
 
 /* Adapts the built-in configuration, which assumes all inputs and a supply of 3.3 V, to this board.
- * Channels without an input (bits as in common/block.h) are marked as not fitted, and the range of
- * the converters ends at the supply. Call before anything else. */
+ * Channels without an input (bits as in common/block.h) are marked as not fitted, and the converter
+ * range is limited to the supply. Call before anything else. */
 void config_adapt_to_board(uint32_t inputs, uint32_t supply_mv);
 
 /* Bit c: channel c is fitted (common/block.h). Staircase and reference are always fitted. */

@@ -60,8 +60,8 @@ void configround_send_hello(struct telemetry *telemetry, unsigned sinks,
                    .wheel = config.site[0].wheel);
 }
 
-/* True if the item is not fitted. A burst includes such items, so that a host that knew them as
- * fitted is updated; they are not repeated or stored. */
+/* True if the item is not fitted. A burst includes such items, so that a host that has them as
+ * fitted is corrected; in all other cases they are not sent. */
 static bool is_not_fitted(unsigned item)
 {
     if (item < FIRST_SWITCH)

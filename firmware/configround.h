@@ -1,6 +1,6 @@
-/* Sends the configuration as a round of items: channels (two messages each), switches, survey
- * segments, calibrations, parameters of the predictor. Normally one item is sent when the schedule
- * says so; in a burst, one per block; into the black box's record, all at once. */
+/* Sends the configuration as a sequence of items: channels (two messages each), switches, survey
+ * segments, calibrations, parameters of the predictor. Normally one item is sent at each time in
+ * the schedule; in a burst, one per block; to the black box's record, all at once. */
 #ifndef MATRIG_FIRMWARE_CONFIGROUND_H
 #define MATRIG_FIRMWARE_CONFIGROUND_H
 
@@ -13,8 +13,8 @@ void configround_send_hello(struct telemetry *telemetry, unsigned sinks,
                             const struct landing *landing);
 /* Sends hello now, and the whole configuration from the next block on. */
 void configround_start_burst(struct telemetry *telemetry, const struct landing *landing);
-/* Call in each block, or without scans at each phase of the round. `slack_in`: the survey,
- * MR_SEGMENTS values; NaN: not surveyed. */
+/* Call in each block, or at each phase of the round while there are no scans. `slack_in`: the
+ * survey, MR_SEGMENTS values; NaN: not surveyed. */
 void configround_on_block(struct telemetry *telemetry, const float *slack_in, uint32_t index);
 /* Writes the whole configuration, including hello and site, into the black box's record of a
  * landing that was just armed. Call only if there is a black box. */

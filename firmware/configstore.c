@@ -20,8 +20,8 @@ static uint32_t get_copy_revision(unsigned copy)
     return get_word(flash_copy(copy), 4);
 }
 
-/* Checks a copy. An intact one may still be refused: another firmware version may have other
- * rules. */
+/* Checks a copy. An intact copy may still be refused, because another firmware version with other
+ * rules may have written it. */
 static uint8_t check_copy(unsigned copy)
 {
     const uint8_t *bytes = flash_copy(copy);
@@ -30,7 +30,7 @@ static uint8_t check_copy(unsigned copy)
              : (uint8_t)-mr_config_check_image(bytes, FLASH_COPY_BYTES);
 }
 
-/* True if `config` is valid, and fits no channel for which the board has no input. */
+/* Checks that `config` is valid and fits no channel for which the board has no input. */
 static enum mr_status check_config(struct mr_config_reason *reason)
 {
     enum mr_status status = mr_config_check(&config, reason);
@@ -46,7 +46,7 @@ static enum mr_status check_config(struct mr_config_reason *reason)
     return status;
 }
 
-/* Applies a copy. False: it is invalid, and nothing has changed. */
+/* Applies a copy. Returns false, with nothing changed, if it is invalid. */
 static bool use_copy(struct configstore *store, unsigned copy)
 {
     struct mr_config_reason reason;
@@ -62,9 +62,9 @@ static bool use_copy(struct configstore *store, unsigned copy)
     return true;
 }
 
-/* Highest revision of intact copies that were refused. The next change must have a higher one:
- * otherwise it would count as older than such a copy if another firmware version accepts the copy
- * again. */
+/* Returns the highest revision of intact copies that were refused. The next change must have a
+ * higher revision; otherwise another firmware version, which accepts such a copy, would take the
+ * copy for the newer configuration. */
 static uint32_t find_refused_revision(const struct configstore *store)
 {
     uint32_t highest = 0;
@@ -169,7 +169,7 @@ static enum mr_status check_staged(struct configstore *store, struct mr_config_r
     return status;
 }
 
-/* Writes a copy that is not in force. Its first word is written last, so that an interrupted copy
+/* Writes the copy that is not in use. Its first word is written last, so that an interrupted copy
  * is not valid. */
 static bool write_copy(const struct configstore *store, unsigned copy)
 {

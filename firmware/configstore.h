@@ -10,8 +10,8 @@
  * A change is written to the inactive copy: the copy is erased and then written from its second
  * word on. Its first word, which makes the copy valid, is written last. The active copy is
  * therefore intact after a power failure at any time. At start, the copy with the higher revision
- * is used. A change must have the revision after the active one, so that nobody overwrites a
- * configuration that he has not read. The built-in configuration takes the highest revision of the
+ * is used. A change must have the revision after the active one, so that a host cannot overwrite a
+ * configuration that it has not read. The built-in configuration has the highest revision of the
  * refused intact copies.
  *
  * Without a copy, as on a new chip, the built-in configuration (config.c) is active, and
@@ -25,21 +25,23 @@
 #include "firmware/board.h"
 #include "firmware/telemetry.h"
 
-#define CONFIGSTORE_STAGED_WORDS    16u /* words between two progress reports */
-/* words read out per block: all are sent in 1 s, which leaves room for other CAN messages */
+#define CONFIGSTORE_STAGED_WORDS    16u /* number of words between two progress reports */
+/* number of words read out per block: all are sent within 1 s, which leaves room for other CAN
+ * messages */
 #define CONFIGSTORE_WORDS_PER_BLOCK 3u
 
 enum configstore_source { CONFIGSTORE_BUILT_IN, CONFIGSTORE_COPY_A, CONFIGSTORE_COPY_B };
 
 struct configstore {
     enum configstore_source source; /* source of the active configuration */
-    uint8_t copy[FLASH_COPIES]; /* negative status of mr_config_check_image, or CONFIGSTORE_BLANK */
-    uint32_t crc;               /* CRC of the active configuration */
+    /* state of each copy: negative status of mr_config_check_image, or CONFIGSTORE_BLANK */
+    uint8_t copy[FLASH_COPIES];
+    uint32_t crc; /* CRC of the active configuration */
 
     uint8_t image[MR_CONFIG_IMAGE_BYTES];          /* configuration being staged or read out */
     uint8_t received[(MR_CONFIG_WORDS + 7u) / 8u]; /* one bit per staged word */
     bool is_staging;
-    uint16_t tag;        /* tag of the staged words */
+    uint16_t tag;        /* tag of the message that began the staged words */
     unsigned word_count; /* number of staged words */
     bool is_reading, is_read_by_serial;
     unsigned next_read_word;
@@ -49,7 +51,8 @@ struct configstore {
 
 /* Call at start, before anything reads `config`. */
 void configstore_start(struct configstore *store);
-/* Processes a word of a new configuration; it is accepted when `locked` is MR_CONFIG_OPEN. */
+/* Processes a word of a new configuration. The word is accepted only if `locked` is
+ * MR_CONFIG_OPEN. */
 void configstore_put_word(struct configstore *store, struct telemetry *telemetry,
                           const uint8_t *payload, size_t length, enum mr_config_locked locked);
 /* Executes config-apply. MR_OK: `config` has changed, and everything derived from it must be

@@ -45,7 +45,8 @@ uint32_t health_get_faults(void)
 struct health_counter health_get_counter(enum mr_fault_code fault)
 {
     volatile struct health_counter *counter = &counters[fault];
-    /* Clear first: a fault that an interrupt counts in between is then reported again, not lost. */
+    /* Clear the flag first: a fault that an interrupt counts after this is then reported again and
+     * not lost. */
     uint8_t changed = counter->changed;
     counter->changed = 0;
     return (struct health_counter){.count = counter->count,
@@ -66,7 +67,8 @@ static volatile uint8_t age_ticks[MR_TASK_COUNT];
 static volatile bool is_any_task_late;
 static uint32_t healthy_ticks;
 
-/* Not cleared at start. The complement shows if it is valid: at power on RAM holds anything. */
+/* Not cleared at start. The complement shows whether the content is valid: at power on, RAM
+ * contains random values. */
 static volatile struct {
     uint32_t task, complement;
 } running_task __attribute__((section(".noinit")));
@@ -115,7 +117,7 @@ void tasks_tick(uint32_t pc)
 {
     unsigned task = find_late_task();
     if (task && !is_any_task_late) {
-        /* If the loop itself is late, the task that runs is the cause. */
+        /* if the main loop itself is late, the task that is running is the cause */
         unsigned blamed = task == MR_TASK_LOOP && tasks_current() ? (unsigned)tasks_current()
                                                                   : task;
         health_count(MR_FAULT_TASK_LATE, (uint8_t)blamed);

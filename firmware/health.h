@@ -31,7 +31,7 @@ struct health_counter health_get_counter(enum mr_fault_code fault);
 
 /* Supervision of the tasks: the parts of the main loop check in, and the watchdog is fed only while
  * each part has done so within its limit (common/fault.h). A part that has nothing to do checks in
- * too, so a board without scans keeps communicating. */
+ * too, so that a board without scans is not reset. */
 
 /* after 10 s without a late task, a restart counts as the first in a row */
 #define TASKS_GOOD_TICKS 1000u
@@ -44,7 +44,8 @@ void tasks_done(enum mr_task task);
  * counted and recorded for the report after the reset. */
 void tasks_tick(uint32_t pc);
 bool tasks_are_healthy(void);
-/* Task that is running, or was running at a reset (the value survives resets); 0: unknown. */
+/* Returns the task that is running, or the one that was running at a reset, whose number survives
+ * resets; 0: unknown. */
 enum mr_task tasks_current(void);
 /* Starts the supervision and discards the task that ran before the reset. */
 void tasks_start(void);

@@ -8,8 +8,8 @@
 
 /* ---- self-test ---- */
 
-/* A driven transducer at its mechanical zero reads 62 codes, an undriven one 0. The sums are of
- * four scans of each polarity. */
+/* Smallest sum for a transducer with excitation: at its mechanical zero it reads 62 codes, without
+ * excitation 0. The sum has four scans of each polarity. */
 #define DRIVEN_SUM_MIN (8 * 8)
 
 static void record_result(struct selftest *test, enum mr_self_test_number number, bool good)
@@ -75,7 +75,7 @@ static bool has_transducers(void)
     return false;
 }
 
-/* Tests that apply to this board and its configuration. */
+/* Returns the tests that apply to this board and its configuration. */
 static uint16_t find_applicable_tests(const struct selftest *test)
 {
     unsigned tests = 1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH |

@@ -1,6 +1,6 @@
 /* Health and the links: CAN state, restarts before this start, background tests, and the commands
- * `reset` and `self-test`. The messages do not follow from blocks and commands only, so a replay
- * does not compare them. */
+ * `reset` and `self-test`. These messages depend on more than blocks and commands, so a replay does
+ * not compare them. */
 #ifndef MATRIG_FIRMWARE_HEALTHLINK_H
 #define MATRIG_FIRMWARE_HEALTHLINK_H
 
@@ -27,7 +27,7 @@ struct selftest {
     bool is_running;
     uint16_t tag, done_tests, failed_tests;
     unsigned ticks;
-    uint16_t ram_rounds, flash_rounds; /* counts at the start of the self-test */
+    uint16_t ram_rounds, flash_rounds; /* values of the counters at the start of the self-test */
     uint16_t polarity_faults;
     unsigned blocks;
     bool is_reference_bad, is_excited;
@@ -35,8 +35,8 @@ struct selftest {
 
 /* ---- health on the links ---- */
 
-#define HEALTHLINK_RESET_TICKS 5u /* 50 ms to send the acknowledgement */
-/* steps of the background tests per block during a self-test */
+#define HEALTHLINK_RESET_TICKS 5u /* 50 ms for sending the acknowledgement */
+/* number of steps of the background tests per block during a self-test */
 #define HEALTHLINK_SLICES      8u
 
 struct healthlink {
@@ -44,7 +44,7 @@ struct healthlink {
     struct board_restart restart;
     unsigned next_crash_word; /* next word to be sent; MR_CRASH_ITEM_COUNT: none */
     unsigned ticks;           /* supervision ticks, which pace the background tests */
-    unsigned ticks_to_reset;  /* 0: no reset requested */
+    unsigned ticks_to_reset;  /* number of ticks until the requested reset; 0: none requested */
 };
 
 void healthlink_start(struct healthlink *link);
@@ -54,8 +54,8 @@ void healthlink_report_crash(struct healthlink *link);
  * progress. */
 void healthlink_schedule_restart(struct healthlink *link);
 enum mr_status healthlink_self_test(struct healthlink *link, uint16_t tag);
-/* Call when a landing is armed: aborts a self-test. Afterwards the caller controls the warning
- * output again. */
+/* Call when a landing is armed: aborts a self-test. After this call, the caller controls the
+ * warning output again. */
 void healthlink_arm(struct healthlink *link, struct telemetry *telemetry);
 void healthlink_on_block(struct healthlink *link, const struct mr_block *block);
 /* Call once per block, or in place of a block: sends the messages that are due at this index. */

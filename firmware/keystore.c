@@ -7,7 +7,7 @@
 #include "common/wire.h"
 #include "firmware/health.h"
 
-/* Steps in the order of a start, then of a change. */
+/* Steps of the store, in the order of a start and then of a change. */
 enum step {
     STEP_NONE,
     STEP_READ,
@@ -22,13 +22,14 @@ enum step {
 
 #define RECORD_MARK   0x594b524du /* "MRKY" */
 #define CHECKED_BYTES (12u + MR_KEY_BYTES)
-#define RECORD_BYTES  (CHECKED_BYTES + 4u) /* RECORD_MARK again follows the record */
+/* size of a record, including the second RECORD_MARK at its end */
+#define RECORD_BYTES  (CHECKED_BYTES + 4u)
 #define TRIES_MAX     3u
 #define POLLS_MAX     20000u
 #define BITS_PER_BYTE 8u
 #define BITS_PER_PAGE (NOR_PAGE_BYTES * BITS_PER_BYTE)
 #define STARTS_MAX    ((NOR_PAGES_PER_SECTOR - 1u) * BITS_PER_PAGE)
-#define FAULT_DETAIL  7u /* detail of MR_FAULT_NOR_FAILED */
+#define FAULT_DETAIL  7u /* detail of MR_FAULT_NOR_FAILED for this module */
 
 static uint32_t get_address(unsigned copy, unsigned page)
 {
@@ -69,7 +70,7 @@ static void set_key_state(struct keystore *store, enum mr_key_state state)
         health_count(MR_FAULT_NOR_FAILED, FAULT_DETAIL);
 }
 
-/* Makes the record in `buffer` the key in force. */
+/* Makes the record in `buffer` the active key. */
 static void use_record(struct keystore *store, unsigned copy)
 {
     const uint8_t *p = store->buffer + 4;
@@ -113,8 +114,8 @@ static void check_copy(struct keystore *store)
                                                                                   : MR_KEY_OPEN);
 }
 
-/* Counts the starts: finds the last bit that is 0. A bit that a power failure interrupted may read
- * as 0 or 1. */
+/* Counts the starts: finds the last bit that is 0. A bit whose programming was interrupted by a
+ * power failure may read as 0 or 1. */
 static void count_starts(struct keystore *store)
 {
     for (unsigned i = 0; i < NOR_PAGE_BYTES; i++) {
@@ -174,7 +175,7 @@ static void set_answer(struct keystore *store, enum mr_status status)
     store->step = STEP_NONE;
     store->answer.status = (int8_t)status;
     store->has_answer = store->answer.code !=
-                        MR_COMMAND_NONE; /* a start has no command to answer */
+                        MR_COMMAND_NONE; /* no command to answer: this is a start */
     store->received_words = 0;
     memset(store->staged_key, 0, sizeof store->staged_key);
 }
@@ -239,7 +240,7 @@ bool keystore_poll(struct keystore *store)
     if (status == NOR_MISSING || status == NOR_STUCK)
         discard_copies(store);
     else
-        next_step(store); /* reading back shows whether it succeeded */
+        next_step(store); /* continue in any case: reading back shows whether it was successful */
     return false;
 }
 

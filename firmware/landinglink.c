@@ -59,8 +59,8 @@ static void report_pushback(struct telemetry *telemetry, const struct landing *l
                    .speed_ft_s = (float)passage->pushed_ft_s, .block16 = (uint16_t)index);
 }
 
-/* Standard error with the error of the clock, which affects a quantity once (speed) or twice
- * (deceleration). The internal oscillator may be 1 % off. */
+/* Returns the standard error including that of the clock, which affects a speed once and a
+ * deceleration twice. The internal oscillator may be off by 1 %. */
 static float add_clock_error(const struct telemetry *telemetry, const struct mr_estimate *estimate,
                              double times)
 {
@@ -173,7 +173,8 @@ static void send_faults(struct telemetry *telemetry, bool all)
 }
 
 /* Sends the count of one kind of message, so that the host knows which messages it lost, not only
- * how many frames. Each link gets its own count, taken before both messages are sent. */
+ * how many frames. Each link gets a message with its own count; both counts are taken before either
+ * message is sent. */
 static void send_count(struct telemetry *telemetry)
 {
     unsigned place = telemetry->count_index;

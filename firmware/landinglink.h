@@ -8,7 +8,7 @@
 
 /* Sends the block record on serial. */
 void landinglink_send_block(struct telemetry *telemetry, const struct mr_block *block);
-/* Send means on CAN only, because serial carries the block records. Bit i of `fitted`: transducer
+/* Sends means. Only on CAN, because serial carries the block records. Bit i of `fitted`: transducer
  * or gage i is fitted. A message without any fitted channel is not sent. */
 void landinglink_send_displacements(struct telemetry *telemetry,
                                     const float value_in[MR_TRANSDUCERS], uint32_t fitted,
@@ -16,8 +16,8 @@ void landinglink_send_displacements(struct telemetry *telemetry,
 void landinglink_send_tensions(struct telemetry *telemetry, const float value_lb[MR_GAGES],
                                uint32_t fitted, uint32_t index);
 void landinglink_send_state(struct telemetry *telemetry, const struct landing *landing);
-/* Send the motion from the gates so far, at block `index`, and the motion of the whole landing
- * after its end. The standard errors include that of the clock. */
+/* Sends the motion computed from the gates so far, at block `index`, and after the end of the
+ * landing that of the whole landing. The standard errors include that of the clock. */
 void landinglink_send_motion(struct telemetry *telemetry, const struct mr_motion_estimate *motion,
                              uint32_t index);
 void landinglink_send_summary(struct telemetry *telemetry, const struct mr_gates_summary *summary);
@@ -30,8 +30,8 @@ void landinglink_send_changes(struct telemetry *telemetry, const struct landing 
 
 /* Live mode, by command, for an inspection of the rig while idle: edges are sent as they occur, and
  * a block record is sent on serial every 20 blocks (schedule.def). Nothing is recorded and no state
- * changes, so opening switches by hand is not taken for a landing. Live mode ends after its time,
- * at arming, or by the command with 0 seconds; a host that disconnects leaves no traffic behind. */
+ * changes, so opening switches by hand does not count as a landing. Live mode ends after its time,
+ * at arming, or by the command with 0 seconds; it therefore also ends if the host disconnects. */
 
 #define LIVE_MAX_S 60
 
@@ -39,7 +39,7 @@ struct live {
     uint32_t until_block;
 };
 
-/* Executes the command while idle; `index`: the next block. MR_OK; MR_USAGE: more than LIVE_MAX_S
+/* Executes the command while idle; `index`: the next block. MR_USAGE: more than LIVE_MAX_S
  * seconds. */
 enum mr_status live_begin(struct live *live, struct landing *landing,
                           const struct mr_command *command, uint32_t index);

@@ -1,4 +1,5 @@
-/* Main loop: handle what is ready, supervise, feed the watchdog, sleep until the next interrupt. */
+/* Main loop: processes what is ready, supervises the tasks, resets the watchdog's counter, and
+ * sleeps until the next interrupt. */
 #include "firmware/app.h"
 #include "firmware/health.h"
 

@@ -27,7 +27,7 @@ void predict_configure(struct predict *p, const float *slack_in)
 {
     struct mr_predictor_config started;
     if (p->status == MR_OK && p->predictor.config.chain.mats)
-        /* the saved state remains while no predictor is configured */
+        /* keeps the saved state while no predictor is configured */
         mr_predictor_save(&p->predictor, &p->state);
     p->next_report_message = p->next_risk_item = NOTHING_TO_REPORT;
     p->is_warning = false;
@@ -83,7 +83,7 @@ static void report_trust(struct predict *p, struct telemetry *telemetry, uint32_
     p->updates = p->predictor.updates;
 }
 
-/* Evaluates the prediction, sets the lamp and sends the messages that are due. */
+/* Computes the prediction, sets the lamp and sends the messages that are due. */
 static void predict_and_report(struct predict *p, struct telemetry *telemetry,
                                const struct landing *landing, uint32_t index)
 {
@@ -142,13 +142,14 @@ static void begin_report(struct predict *p, struct telemetry *telemetry)
     p->next_report_message = 0;
 }
 
-/* Returns item n of the report: chart and plan, then the lamp limit. */
+/* Returns item n of the report: the items of chart and plan, then the limit of the lamp. */
 static float get_risk_item(const struct predict *p, unsigned n)
 {
     return n < MR_RISK_PLAN_ITEM_COUNT ? mr_risk_plan_get_item(&p->plan, n) : p->lamp_limit;
 }
 
-/* Reports an item; missing values of a chart only for its first two rows. False: nothing sent. */
+/* Reports an item. Missing values of a chart are reported only for its first two rows. Returns
+ * false if nothing was sent. */
 static bool report_risk_item(const struct predict *p, struct telemetry *telemetry, unsigned sinks,
                              unsigned n)
 {
@@ -162,11 +163,12 @@ static bool report_risk_item(const struct predict *p, struct telemetry *telemetr
 
 static void continue_risk_report(struct predict *p, struct telemetry *telemetry)
 {
-    if (p->next_report_message != NOTHING_TO_REPORT) /* one report after the other */
+    /* do not begin a report before the previous one has ended */
+    if (p->next_report_message != NOTHING_TO_REPORT)
         return;
     for (unsigned i = 0; i < PREDICT_JOINTS_PER_BLOCK && p->next_risk_item != NOTHING_TO_REPORT;) {
         i += report_risk_item(p, telemetry, TO_LINKS, p->next_risk_item++);
-        /* the lamp limit belongs to a landing */
+        /* the limit of the lamp is sent only with a landing */
         if (p->next_risk_item >=
             (p->predictor.is_armed ? MR_RISK_REPORT_ITEM_COUNT : MR_RISK_PLAN_ITEM_COUNT))
             p->next_risk_item = NOTHING_TO_REPORT;
@@ -193,8 +195,9 @@ void predict_arm(struct predict *p, struct telemetry *telemetry, const float *sl
 {
     if (p->status != MR_OK)
         return;
-    /* Uses the openings as reported, to 0.01 mil, so that a replay starts from the same values.
-     * Loading cannot fail: the state was saved from this runway. */
+    /* Load the state that was just saved, with openings rounded to 0.01 mil as they are reported,
+     * so that a replay starts from the same values. Loading cannot fail, because the state is of
+     * this runway. */
     save_runway(p);
     (void)mr_predictor_load(&p->predictor, &p->state);
     mr_predictor_mark_surveyed(&p->predictor, slack_in);
@@ -219,7 +222,7 @@ void predict_store_in_box(struct predict *p, struct telemetry *telemetry, const 
     if (p->status != MR_OK || !telemetry_has_box(telemetry))
         return;
     report_store(p, telemetry, TO_CONFIGURATION, copy);
-    p->is_store_due = true; /* reports the copy on the links too */
+    p->is_store_due = true; /* also makes the state be reported on the links */
     report_runway(p, telemetry, TO_CONFIGURATION);
     for (unsigned n = 0; n < mr_runway_message_count(&p->state); n++)
         report_joints(p, telemetry, TO_CONFIGURATION, n);
@@ -227,8 +230,8 @@ void predict_store_in_box(struct predict *p, struct telemetry *telemetry, const 
         (void)report_risk_item(p, telemetry, TO_CONFIGURATION, n);
 }
 
-/* Handles a backlog at most once per interval: by the next one the predictor has caught up, or a
- * new backlog is reported. */
+/* Handles a backlog (waiting blocks) at most once per interval: by the next interval the predictor
+ * has caught up, or a new backlog is reported. */
 static void handle_backlog(struct predict *p, struct telemetry *telemetry,
                            const struct predict_block *block)
 {
@@ -275,7 +278,7 @@ enum mr_status predict_load(struct predict *p, enum mr_runway_source source, con
     enum mr_status status = mr_predictor_load(&p->predictor, &p->state);
     if (status != MR_OK)
         return status;
-    /* a survey that arrived before the runway was loaded applies to the loaded runway */
+    /* apply a survey that arrived before the runway was loaded */
     mr_predictor_set_survey(&p->predictor, slack_in);
     p->source = (uint8_t)(p->is_dirty ? MR_RUNWAY_MEASURED : source);
     save_runway(p);
@@ -290,7 +293,7 @@ const struct mr_predictor_state *predict_get_state(struct predict *p)
 
 void predict_mark_stored(struct predict *p, uint32_t crc)
 {
-    p->is_dirty = p->crc != crc; /* true if the runway has changed since */
+    p->is_dirty = p->crc != crc; /* true if the runway has changed since it was stored */
     p->is_store_due = true;
 }
 
@@ -308,7 +311,7 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
     bool folded = p->status == MR_OK && p->predictor.is_armed && moved;
     if (p->status != MR_OK || !p->predictor.is_armed)
         return false;
-    if (p->is_warning) { /* a warning ends with the landing; its end is reported */
+    if (p->is_warning) { /* end the warning with the landing, and report its end */
         p->zone = (struct mr_predictor_zone){.level = p->zone.level,
                                              .critical_lb = p->zone.critical_lb,
                                              .lead_s = MR_NAN,
@@ -329,7 +332,7 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
         record_change(p, MR_RUNWAY_MEASURED, index);
     }
     p->predictor.is_armed = false;
-    if (moved) /* the plan was valid only for the landing that has ended */
+    if (moved) /* discard the plan, which was valid only for the landing that has ended */
         discard_plan(p);
     return folded;
 }
@@ -364,12 +367,12 @@ static void discard_runway(struct predict *p, uint32_t index)
     record_change(p, MR_RUNWAY_UNKNOWN, index);
 }
 
-/* Accepts chart and plan for the next landing. */
+/* Activates the received chart and plan for the next landing. */
 static enum mr_status activate_chart(struct predict *p, uint32_t crc)
 {
     bool right = mr_risk_plan_crc(&p->staged_plan) == crc;
     enum mr_status status = right ? mr_risk_plan_check(&p->staged_plan) : MR_CRC;
-    /* a chart made for another state of the runway does not apply to the next landing */
+    /* refuse a chart that was made for another state of the runway */
     if (status == MR_OK && !__builtin_isnan(p->staged_plan.row_ft_s2[0]) &&
         p->staged_plan.landings != (float)p->predictor.landings)
         status = MR_VERSION;
@@ -389,7 +392,8 @@ static enum mr_status execute_chart(struct predict *p, const struct mr_command *
     case MR_COMMAND_CHART_WORD:
         memcpy(&value, &command->argument, sizeof value);
         return mr_risk_plan_set_item(&p->staged_plan, command->index, value) ? MR_OK : MR_USAGE;
-    case MR_COMMAND_CHART_FORGET: /* also the received words of an incomplete chart */
+    /* discard chart and plan, and any received words of an incomplete chart */
+    case MR_COMMAND_CHART_FORGET:
         mr_risk_plan_clear(&p->staged_plan);
         discard_plan(p);
         p->next_risk_item = 0;

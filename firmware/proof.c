@@ -12,7 +12,8 @@ void proof_store(struct proof *proof, bool by_serial, const uint8_t *payload, si
     proof->link[by_serial].is_given = true;
 }
 
-/* Compares in constant time. */
+/* Compares in constant time, so that the time does not reveal how much of a wrong proof is
+ * right. */
 static bool is_equal(const uint8_t *a, const uint8_t *b)
 {
     volatile uint8_t differs = 0;

@@ -2,10 +2,10 @@
  * (common/proof.h).
  *
  * A nonce is valid until a correct proof uses it, or for a second. A wrong proof does not end the
- * nonce, because otherwise anybody could end it. After every third wrong proof in a row on a link,
- * no proof on that link is checked for a second. A flood of wrong proofs therefore costs no more
- * time than three proofs per second and does not block the other link. Commands without a proof are
- * not counted. */
+ * nonce; otherwise anybody could prevent commands by sending wrong proofs. After every third wrong
+ * proof in a row on a link, no proof on that link is checked for a second. A flood of wrong proofs
+ * therefore costs no more time than three proofs per second and does not block the other link.
+ * Commands without a proof are not counted. */
 #ifndef MATRIG_FIRMWARE_PROOF_H
 #define MATRIG_FIRMWARE_PROOF_H
 
@@ -13,7 +13,8 @@
 #include "firmware/telemetry.h"
 
 #define PROOF_FAILURES_MAX 3u
-/* nonces until the link is unlocked; the second in progress does not count */
+/* number of nonces until the link is unlocked; two, because the second in progress does not
+ * count */
 #define PROOF_LOCK_SECONDS 2u
 
 struct proof {
@@ -31,8 +32,8 @@ struct proof {
 /* Stores the message `proof` for the next operator's command on the same link. */
 void proof_store(struct proof *proof, bool by_serial, const uint8_t *payload, size_t length);
 /* Checks whether the operator's command in `payload` may be executed. MR_OK: yes; the proof is used
- * up, and the next nonce is sent. MR_PROOF: no proof, or a wrong one; MR_LOCKOUT; MR_WAIT: the key
- * is being read. */
+ * up, and the next nonce is sent. MR_PROOF: no proof, or a wrong one; MR_LOCKOUT: the link is
+ * locked after wrong proofs; MR_WAIT: the key is being read. */
 enum mr_status proof_check(struct proof *proof, const struct keystore *store,
                            struct telemetry *telemetry, bool by_serial,
                            const uint8_t payload[MR_COMMAND_BYTES]);

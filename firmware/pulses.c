@@ -2,9 +2,9 @@
 
 #include "firmware/health.h"
 
-#define INTERVAL_MIN_TICKS MR_TICKS_PER_BLOCK /* least time between two pulses: a millisecond */
+#define INTERVAL_MIN_TICKS MR_TICKS_PER_BLOCK /* shortest allowed time between two pulses: 1 ms */
 #define COMPARABLE_BLOCKS  1000u              /* ticks can be compared within 25 s */
-#define DETAIL_TOO_FAST    2u                 /* detail of the fault */
+#define DETAIL_TOO_FAST    2u                 /* detail of the fault: pulses too close together */
 
 size_t pulses_get(struct pulses *pulses, enum board_pulses input, bool fitted, uint32_t index,
                   uint32_t until_tick, uint32_t ticks[PULSES_PER_BLOCK])
@@ -16,7 +16,7 @@ size_t pulses_get(struct pulses *pulses, enum board_pulses input, bool fitted, u
     if (fitted)
         count = board_pulses_get(input, until_tick, ticks, PULSES_PER_BLOCK);
     for (size_t i = 0; i < count; i++) {
-        /* Captures that overran each other may be in any order; one before the last pulse is noise
+        /* Captures that overran each other may be out of order; one before the last pulse is noise
          * too. */
         if (pulses->has_last && index - pulses->block < COMPARABLE_BLOCKS &&
             (int32_t)(ticks[i] - pulses->tick) < (int32_t)INTERVAL_MIN_TICKS) {

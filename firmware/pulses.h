@@ -6,8 +6,8 @@
 
 #include "firmware/board.h"
 
-/* pulses processed per block; there may be a thousand per second, also when 2 ms of blocks are
- * waiting */
+/* maximum number of pulses processed per block: up to a thousand per second, even if 2 ms of blocks
+ * are waiting */
 #define PULSES_PER_BLOCK 8u
 
 struct pulses {
@@ -16,7 +16,7 @@ struct pulses {
     uint32_t tick, block; /* last accepted pulse */
 };
 
-/* Captures the input while it is fitted, and takes the pulses up to a tick. Call in each block;
+/* Captures the input while it is fitted, and processes the pulses up to a tick. Call in each block;
  * `index` is its number. Returns the number of accepted pulses. */
 size_t pulses_get(struct pulses *pulses, enum board_pulses input, bool fitted, uint32_t index,
                   uint32_t until_tick, uint32_t ticks[PULSES_PER_BLOCK]);

@@ -45,7 +45,7 @@ static bool is_damaged(uint8_t copy)
     return copy != (uint8_t)MR_OK && copy < RUNWAYSTORE_NOT_READ;
 }
 
-/* The newest whole copy; RUNWAY_COPIES if there is none. */
+/* Returns the newest intact copy; RUNWAY_COPIES if there is none. */
 static unsigned find_newest_copy(const struct runwaystore *store)
 {
     bool a = store->copy[0] == MR_OK, b = store->copy[1] == MR_OK;
@@ -54,11 +54,11 @@ static unsigned find_newest_copy(const struct runwaystore *store)
     return a ? 0 : b ? 1 : RUNWAY_COPIES;
 }
 
-/* Checks a copy that was read. A damaged one is read again: the error may be in the transfer, not
- * in the memory. */
+/* Checks a copy that was read. A damaged copy is read again, because the error may be in the
+ * transfer and not in the memory. */
 static void check_copy(struct runwaystore *store, struct predict *predict)
 {
-    /* predict->state may be overwritten: nothing is armed before the runway is loaded */
+    /* predict->state may be used here, because nothing is armed before the runway is loaded */
     struct mr_predictor_state *state = &predict->state;
     enum mr_status status = mr_runway_read(state, &store->sequence[store->step_copy], store->image);
     store->copy[store->step_copy] = mr_is_blank(store->image, MR_RUNWAY_IMAGE_BYTES)
@@ -154,7 +154,7 @@ bool runwaystore_poll(struct runwaystore *store, struct predict *predict, const 
     if (status == NOR_MISSING || status == NOR_STUCK)
         runwaystore_set_memory(store, false);
     else if (store->step == STEP_ERASE || store->step == STEP_PROGRAM)
-        next_page(store); /* reading back shows whether it succeeded */
+        next_page(store); /* continue in any case: reading back shows whether it was successful */
     else if (store->step != STEP_NONE)
         handle_page(store, predict, slack_in);
     return false;
@@ -197,7 +197,8 @@ bool runwaystore_begin(struct runwaystore *store, struct predict *predict, bool 
     bool writing = store->step >= STEP_ERASE;
     if (store->is_missing || predict->status != MR_OK)
         return false;
-    /* abandon this copy: the next one is written when quiet, with the state of that time */
+    /* stop writing this copy: the next one is written when the board is idle again, with the state
+     * of that time */
     if (writing && (!quiet || !predict->is_dirty))
         store->step = STEP_NONE;
     if (store->step == STEP_NONE && store->is_loaded && quiet && predict->is_dirty &&

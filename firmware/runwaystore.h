@@ -3,8 +3,8 @@
  * A runway changed by a landing, a survey or the host is written half a second after the change,
  * when nothing is armed and the black box is not using the memory. The older copy is erased,
  * written with its first page last, and read back. One copy is therefore intact after a power
- * failure at any time, and the CRC over the whole copy (common/runway.h) detects a mixture of two.
- * At start the newer intact copy is loaded before a landing can be armed. A damaged copy is
+ * failure at any time, and the CRC over the whole copy (common/runway.h) detects a partly written
+ * one. At start the newer intact copy is loaded before a landing can be armed. A damaged copy is
  * reported (runway_store). If no intact copy is left, the fault NOR_FAILED with
  * RUNWAYSTORE_FAULT_DETAIL is counted too, and the runway starts unmeasured. Without the memory the
  * runway is unmeasured after each reset.
@@ -16,21 +16,23 @@
 #include "firmware/board.h"
 #include "firmware/predict.h"
 
-#define RUNWAYSTORE_FAULT_DETAIL 6u /* detail of MR_FAULT_NOR_FAILED */
-/* blocks without a change before writing, so that a survey of 42 segments is one change */
+#define RUNWAYSTORE_FAULT_DETAIL 6u /* detail of MR_FAULT_NOR_FAILED for this module */
+/* number of blocks without a further change before the runway is written, so that a survey of 42
+ * segments is written once */
 #define RUNWAYSTORE_QUIET_BLOCKS 500u
 #define RUNWAYSTORE_BLANK        255u
 #define RUNWAYSTORE_NO_MEMORY    254u
 #define RUNWAYSTORE_NOT_READ     253u
 
 struct runwaystore {
-    /* missing: no memory, or none configured; loaded: the stored runway, if any, has been loaded */
+    /* is_missing: there is no memory, or none is configured; is_loaded: the stored runway, if any,
+     * has been loaded */
     bool is_missing, is_loaded;
     uint8_t copy[RUNWAY_COPIES]; /* states of the copies, as in the message runway_store */
     uint32_t sequence[RUNWAY_COPIES];
-    unsigned step, step_copy, tries; /* step in progress, and the copy it applies to */
+    unsigned step, step_copy, tries; /* step in progress, and the copy that it reads or writes */
     unsigned page;
-    bool is_in_progress; /* an operation of this module is in progress in the memory */
+    bool is_in_progress; /* the memory is executing an operation of this module */
     uint32_t crc;        /* CRC of the runway being written */
     uint8_t image[MR_RUNWAY_IMAGE_BYTES];
     uint8_t buffer[NOR_PAGE_BYTES];
@@ -41,7 +43,8 @@ void runwaystore_start(struct runwaystore *store);
 void runwaystore_set_memory(struct runwaystore *store, bool memory);
 /* Continues an operation in progress. True: it still uses the memory. */
 bool runwaystore_poll(struct runwaystore *store, struct predict *predict, const float *slack_in);
-/* Begins the next operation; false: there is none. `quiet`: no landing is armed or in progress. */
+/* Begins the next operation. Returns false if there is none. `quiet`: no landing is armed or in
+ * progress. */
 bool runwaystore_begin(struct runwaystore *store, struct predict *predict, bool quiet,
                        uint32_t now_ms);
 bool runwaystore_is_erasing(const struct runwaystore *store);

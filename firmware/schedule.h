@@ -27,7 +27,8 @@ enum schedule_constants {
       (index) % (uint32_t)SCHEDULE_##NAME##_PERIOD) %                          \
      (uint32_t)SCHEDULE_##NAME##_PERIOD)
 
-/* phases of the round without scans; a multiple of each period in it */
+/* number of phases of the round that replaces blocks without scans; a multiple of the periods in
+ * it */
 #define SCHEDULE_ROUND 1000u
 
 #endif

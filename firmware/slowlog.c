@@ -5,7 +5,7 @@
 #include "common/wire.h"
 #include "firmware/schedule.h"
 
-#define READINGS_MIN 2u /* least number of readings for a mean */
+#define READINGS_MIN 2u /* smallest number of readings for a mean */
 
 void slowlog_reset(struct slowlog *log)
 {
@@ -19,7 +19,7 @@ static bool is_at_or_after(uint32_t index, uint32_t when)
     return (int32_t)(index - when) >= 0;
 }
 
-/* The first block after this one in which a row is due. */
+/* Returns the first block after this one in which a row is due. */
 static uint32_t find_next_row_block(uint32_t index)
 {
     return index + 1u + BLOCKS_UNTIL(SLOW_ROW, index + 1u);
@@ -59,7 +59,7 @@ void slowlog_on_block(struct slowlog *log, struct telemetry *telemetry, uint32_t
     log->is_begun = true;
     if (!is_at_or_after(index, log->due_block - SLOWLOG_MEAN_BLOCKS))
         return;
-    if (!quiet) { /* starts again after the landing */
+    if (!quiet) { /* begin again after the landing */
         slowlog_reset(log);
         log->due_block = index + SLOWLOG_MEAN_BLOCKS;
         return;

@@ -11,7 +11,7 @@
 #define SLOWLOG_MEAN_BLOCKS 4096u
 #define SLOWLOG_PER_MESSAGE 3u /* tensions per message */
 
-/* Initialise with zeros. */
+/* Initialise it with zeros. */
 struct slowlog {
     bool is_begun;
     uint32_t due_block;

@@ -90,7 +90,8 @@ void telemetry_start(struct telemetry *telemetry, struct blackbox *box)
 
 /* ---- time synchronisation ---- */
 
-/* a full queue ahead of the sync frame takes 33 ms; in that case this pair is skipped */
+/* longest wait for sending the sync frame; with a full queue before it, it takes 33 ms, and this
+ * pair is skipped */
 #define FOLLOW_UP_BLOCKS 10u
 
 void timesync_on_block(struct timesync *timesync, struct telemetry *telemetry, uint32_t index,

@@ -1,5 +1,6 @@
-/* Telemetry sends messages to their sinks. Each call names the sinks. A full sink drops the message
- * and counts it, so telemetry never delays acquisition. The messages are built in these files:
+/* Telemetry: sends messages to the sinks (links, black box) that the caller names. If a sink is
+ * full, the message is dropped and counted, so that telemetry never delays acquisition. The
+ * messages are built in these files:
  *
  *     firmware/landinglink.h   data of a landing as they occur; regular messages (clock, health,
  *                              faults, state)
@@ -21,8 +22,8 @@ enum telemetry_sink {
     TO_CAN = 1,
     TO_SERIAL = 2,
     TO_LINKS = TO_CAN | TO_SERIAL,
-    TO_BOX = 4,                    /* the black box's record while it is open */
-    TO_RECORD = TO_LINKS | TO_BOX, /* a message needed in the record of a landing */
+    TO_BOX = 4,                    /* the record of the black box, while one is open */
+    TO_RECORD = TO_LINKS | TO_BOX, /* all sinks of a message that the record of a landing needs */
     /* configuration part of the black box's record of a landing that was just armed */
     TO_CONFIGURATION = 8,
 };
@@ -35,22 +36,25 @@ struct telemetry {
 
     uint16_t serial_seq;
     struct canwatch can;
-    uint32_t can_sent; /* queued frames, including errors.removed, which were dropped later */
+    /* number of queued frames, including those that were dropped later (errors.removed) */
+    uint32_t can_sent;
     uint32_t serial_sent;
     uint16_t serial_dropped;
     uint16_t serial_bad;
     uint16_t blocks_lost;
 
-    unsigned burst_refusals; /* refusals by telemetry_can_burst since no frame was waiting */
-    /* by link (CAN, serial) and message: number of messages sent to the link */
+    /* number of refusals by telemetry_can_burst since no frame was waiting */
+    unsigned burst_refusals;
+    /* number of messages sent, by link (CAN, serial) and message */
     uint32_t sent_counts[2][MR_MESSAGE_COUNT];
     unsigned count_index; /* index of the message whose count is sent next */
 
     struct {
-        unsigned item;    /* next item to be sent */
-        bool is_bursting; /* one item is sent per block, up to the last item */
-    } round;              /* used by configround.h */
-    struct blackbox *box; /* stores the messages needed in a landing's record */
+        unsigned item; /* next item to be sent */
+        /* a burst is in progress: one item is sent per block until the last one */
+        bool is_bursting;
+    } round;              /* state of the round, used by configround.h */
+    struct blackbox *box; /* receives the messages for a landing's record */
 };
 
 enum { TELEMETRY_CAN, TELEMETRY_SERIAL }; /* indices of the links in `sent_counts` */
@@ -59,20 +63,20 @@ enum { TELEMETRY_CAN, TELEMETRY_SERIAL }; /* indices of the links in `sent_count
 void telemetry_start(struct telemetry *telemetry, struct blackbox *box);
 void telemetry_send(struct telemetry *telemetry, unsigned sinks, uint16_t id,
                     const uint8_t *payload, size_t length);
-/* Sends on CAN in any state of the link. */
+/* Sends on CAN even if the link is blocked. */
 bool telemetry_send_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *payload,
                           size_t length);
 /* Messages of a round or burst pause while more than TELEMETRY_BURST_WAITING_MAX frames are waiting
  * for the bus, which other boards may fill; the readings need the rest of the queue. After
- * TELEMETRY_REFUSALS_MAX refusals, about a second, they are sent in spite of a full bus: serial
- * must receive them, and CAN may drop them. */
+ * TELEMETRY_REFUSALS_MAX refusals, about a second, they are sent even if the bus is full, so that
+ * serial receives them; CAN may drop them. */
 #define TELEMETRY_BURST_WAITING_MAX 64u
 #define TELEMETRY_REFUSALS_MAX      1500u
 bool telemetry_can_burst(struct telemetry *telemetry);
 /* True if there is a black box, which TO_CONFIGURATION requires. */
 bool telemetry_has_box(const struct telemetry *telemetry);
 
-/* Sends an existing message of the catalogue: TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, edge,
+/* Sends a message that is already filled in: TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, edge,
  * EDGE, &edge). */
 #define TELEMETRY_SEND_MESSAGE(telemetry, sinks, name, NAME, message) \
     do {                                                              \
@@ -96,11 +100,11 @@ bool telemetry_has_box(const struct telemetry *telemetry);
  * has a pair of times, however long the frame waited for the bus. */
 
 struct timesync {
-    bool is_due;    /* sync_at has not been sent yet */
+    bool is_due;    /* the message sync_at must still be sent */
     uint32_t block; /* block of the sync frame */
 };
 
-/* Call in each block before any other message, when the queue is shortest. */
+/* Call in each block before any other message is sent, when the queue is shortest. */
 void timesync_on_block(struct timesync *timesync, struct telemetry *telemetry, uint32_t index,
                        uint32_t tick);
 

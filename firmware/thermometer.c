@@ -10,13 +10,13 @@ enum step { STEP_WAIT, STEP_SHUT_DOWN, STEP_CONVERT, STEP_CONVERTING, STEP_READ_
 enum { REGISTER_TEMPERATURE = 0, REGISTER_CONFIG = 1 };
 #define CONFIG_ONE_SHOT 0x80u /* upper byte: starts a conversion; reads 1 when it has ended */
 #define CONFIG_UPPER    0x61u /* 12 bits; shut down */
-/* lower byte at power-up: 4 Hz (when not shut down), alert inactive, not extended */
+/* lower byte as at power-up: 4 Hz (when not shut down), alert inactive, not extended */
 #define CONFIG_LOWER    0xa0u
 #define C_PER_COUNT     0.0625f
-#define LOWEST_C        (-55.0f) /* the part's range */
+#define LOWEST_C        (-55.0f) /* lowest temperature in the range of the part */
 #define HIGHEST_C       125.0f
-/* Data sheet limits over the root of 3: 0.5 C between 0 and 65 C, 1 C elsewhere. Rounding to 0.0625
- * C is negligible. */
+/* Standard error: data sheet limits divided by the root of 3 (0.5 C between 0 and 65 C, 1 C
+ * elsewhere). Rounding to 0.0625 C is negligible. */
 #define ERROR_C         0.289f
 #define ERROR_OUTSIDE_C 0.577f
 
@@ -94,7 +94,7 @@ static void continue_transfer(struct thermometer *t, uint32_t index)
         else
             write_config(t, STEP_SHUT_DOWN, index, CONFIG_UPPER);
         break;
-    case STEP_SHUT_DOWN: /* a one-shot conversion needs the shut-down state */
+    case STEP_SHUT_DOWN: /* a single conversion is possible only in the shut-down state */
         t->is_shut_down = true;
         write_config(t, STEP_CONVERT, index, CONFIG_ONE_SHOT | CONFIG_UPPER);
         break;
@@ -106,7 +106,8 @@ static void continue_transfer(struct thermometer *t, uint32_t index)
         if (index - t->step_block >= THERMOMETER_CONVERSION_BLOCKS)
             read_register(t, STEP_READ_STATUS, index, REGISTER_CONFIG);
         break;
-    case STEP_READ_STATUS: /* conversion ended, and the configuration is still the one set */
+    /* check that the conversion has ended and the configuration is still the one that was set */
+    case STEP_READ_STATUS:
         if (t->in[0] == (CONFIG_ONE_SHOT | CONFIG_UPPER))
             read_register(t, STEP_READ, index, REGISTER_TEMPERATURE);
         else

@@ -11,7 +11,7 @@ struct board_row {
     enum board_row_kind kind;
     char port; /* letter of the port */
     unsigned pin;
-    const char *use;    /* "ADC3_IN9", "TIM4_CH1"; "": no special function of a pin is needed */
+    const char *use;    /* alternate function: "ADC3_IN9", "TIM4_CH1"; "": the pin needs none */
     unsigned number;    /* number of the alternate function, or initial level of an output */
     const char *pull;   /* "NONE", "UP" */
     const char *signal; /* "TRANSDUCER_1" */
@@ -24,7 +24,7 @@ struct board_fact {
     const char *text;
 };
 
-struct board_region { /* common/memory.def */
+struct board_region { /* a memory region, as in common/memory.def */
     const char *name;
     unsigned long start, bytes; /* 0 bytes: the chip does not have this region */
     const char *text;

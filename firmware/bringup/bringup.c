@@ -21,11 +21,12 @@ extern uint32_t stack_bottom[];
 /* ---- chip ---- */
 
 /* Identity of the chip (RM0090 38.6.1, 39), image, cause of the start, option bytes (3.6.1). The
- * F407 cannot report its package; the package name is printed on the chip. */
+ * F407 cannot report its package, which is printed on the chip. */
 /* Option bytes: half-words with their complements. */
 #define OPTIONS_LOW      (*(reg32 *)0x1fffc000u)
 #define OPTIONS_HIGH     (*(reg32 *)0x1fffc008u)
-#define FLASH_SIZE_WORD  (*(reg32 *)0x1fff7a20u) /* KiB in the upper half: address ...22 */
+/* flash size in KiB, in the upper half of the word */
+#define FLASH_SIZE_WORD  (*(reg32 *)0x1fff7a20u)
 #define OPTCR_WDG_SW     (1u << 5)
 #define OPTCR_NRST_STOP  (1u << 6)
 #define OPTCR_NRST_STDBY (1u << 7)
@@ -60,7 +61,7 @@ static void print_chip(void)
     board_identify(&identity);
     print_hex("chip", DBGMCU_IDCODE & 0xfffu, "id");
     print_hex("revision", DBGMCU_IDCODE >> 16, "id");
-    /* ES0182: prefetch does not work on revision A of the F405 and F407 */
+    /* prefetch does not work on revision A of the F405 and F407 (ES0182) */
     bool broken = (DBGMCU_IDCODE & 0xfffu) == 0x413u && DBGMCU_IDCODE >> 16 == 0x1000u;
     print_word("prefetch", broken ? "broken" : "works", "state");
     print_hex("core", SCB_CPUID, "id");
@@ -86,7 +87,7 @@ static void print_options(void)
     print_number("brown_out", (int32_t)(3u - (optcr >> 2 & 3u)), "level");
     print_word("watchdog_option", optcr & OPTCR_WDG_SW ? "software" : "hardware", "start");
     print_number("stop_resets", !(optcr & OPTCR_NRST_STOP) + !(optcr & OPTCR_NRST_STDBY), "modes");
-    /* on chips of 512 KiB the other bits are reserved; RM0390 3.8.7 */
+    /* on chips with 512 KiB the other bits are reserved (RM0390 3.8.7) */
     uint32_t sectors = FLASH_SIZE_WORD >> 16 > 512u ? 0xfffu : 0xffu;
     print_hex("write_protected", ~(optcr >> 16) & sectors, "sectors");
     print_word("options_stored", same ? "as_loaded" : "differ", "state");
@@ -95,15 +96,16 @@ static void print_options(void)
 /* ---- clocks ---- */
 
 /* Compares the clocks. The crystal was compared with the internal oscillator at start (clock.c);
- * the watchdog test measures the internal low-speed one. Here: core cycles, SysTick and timers,
- * which must be whole multiples; the offset between the timers; the phase of the conversions in the
- * scan. RM0090 18.3.15 (TIM4 starts TIM2), 13.8 (DMA). */
+ * the watchdog test measures the internal low-speed one. This part compares core cycles, SysTick
+ * and timers, whose rates must be whole multiples of each other, the offset between the timers, and
+ * the phase of the conversions in the scan. RM0090 18.3.15 (TIM4 starts TIM2), 13.8 (DMA). */
 #define INTERNAL_KHZ      16000u
 #define CRYSTAL_KHZ       8000u
-#define SPAN_US           5000u /* shorter than SysTick's period of 10 ms */
+/* duration of the comparison, shorter than SysTick's period of 10 ms */
+#define SPAN_US           5000u
 #define SCAN_TICKS        10500u
 #define CONVERSION_US     1000u
-#define NEWEST_TIMEOUT_US 100000u /* wait for one new block */
+#define NEWEST_TIMEOUT_US 100000u /* time to wait for one new block */
 #define ADC1_STREAM       4u
 
 static void print_crystal(void)
@@ -114,7 +116,7 @@ static void print_crystal(void)
         print_none("internal", "kHz");
         return;
     }
-    /* only the ratio is known: each value assumes that the other clock is exact */
+    /* Only the ratio is known, so each of the two values assumes that the other clock is exact. */
     print_number("crystal", (int32_t)khz, "kHz");
     print_number("internal", (int32_t)(INTERNAL_KHZ * CRYSTAL_KHZ / khz), "kHz");
 }
@@ -142,7 +144,7 @@ static void print_clock_rates(void)
     print_milli("systick_per_tick", (int32_t)((uint64_t)systicks * 1000u / ticks), "ratio");
 }
 
-/* Drops the queued blocks and takes the next one that ends. */
+/* Drops the queued blocks and returns the next one that ends. */
 static bool get_newest_block(struct mr_block *block)
 {
     uint32_t begun = pace_now();
@@ -155,8 +157,9 @@ static bool get_newest_block(struct mr_block *block)
     return true;
 }
 
-/* TIM2 minus TIM4 within a scan; TIM2 is read between two reads of TIM4. TIM2 wraps after 51 s,
- * which is no whole number of scans, so the block index supplies the ticks since the start. */
+/* Prints TIM2 minus TIM4 within a scan; TIM2 is read between two reads of TIM4. TIM2 wraps after 51
+ * s, which is not a whole number of scans, so the ticks since the start are computed from the block
+ * index. */
 static void print_timers(void)
 {
     struct mr_block block;
@@ -196,7 +199,7 @@ static void print_conversions(void)
     for (unsigned n = 0; come && n < 32; n++) {
         come = wait_for_conversion(&tick);
         if (n == 0)
-            continue; /* the first wait may have begun after its conversion */
+            continue; /* ignore the first wait, which may have begun after its conversion */
         first = come && tick < first ? tick : first;
         last = come && tick > last ? tick : last;
     }
@@ -221,13 +224,14 @@ static void print_clocks(void)
 /* ---- noise ---- */
 
 /* Level and noise of each input, with and without flash prefetch, because prefetch can disturb the
- * converters (AN4073). The core runs from flash meanwhile, as during a prediction.
+ * converters (AN4073). The core executes code from flash during the measurement, as during a
+ * prediction.
  *
- * Noise of one conversion from the sums of 8, or 4, codes in block records. A difference of two
- * blocks has twice the variance of a sum and cancels drift. White noise is assumed; hum is
- * overestimated. */
+ * Noise of one conversion from the sums of 8, or 4, codes in block records. The difference of two
+ * blocks has twice the variance of a sum and is not affected by drift. The noise is assumed to be
+ * white; hum is therefore overestimated. */
 #define BLOCK_COUNT    400u
-#define SKIPPED_BLOCKS 20u /* blocks that the queue may hold */
+#define SKIPPED_BLOCKS 20u /* number of blocks to skip, because the queue may hold them */
 #define BLOCK_US       5000u
 #define BUSY_BYTES     512u
 #define REFERENCE_MV   2500u
@@ -240,7 +244,7 @@ static struct {
     uint32_t sums[MR_BLOCK_SUMS];
 } noise_sums;
 
-/* Waits for the next block with the core busy. */
+/* Waits for the next block without sleeping. */
 static bool wait_for_block(struct mr_block *block)
 {
     uint32_t begun = pace_now(), at = 0;
@@ -274,7 +278,7 @@ static bool measure_noise(void)
         if (!wait_for_block(&block))
             return false;
     }
-    /* No block follows this index, so the first block adds no difference. */
+    /* an index that no block follows, so that the first block adds no difference */
     noise_sums.last.index = block.index - 2u;
     for (unsigned n = 0; n < BLOCK_COUNT; n++) {
         if (!wait_for_block(&block))
@@ -309,7 +313,7 @@ static int32_t compute_level_milli(unsigned sum, unsigned codes)
 static void print_channel(const char *what, unsigned channel, const char *signal, bool level)
 {
     bool transducer = channel < MR_TRANSDUCERS;
-    /* transducers: the sums with forward excitation */
+    /* for transducers: the sums with forward excitation */
     unsigned sum = transducer ? channel : channel + MR_TRANSDUCERS;
     unsigned codes = transducer ? MR_SCANS_PER_BLOCK / 2u : MR_SCANS_PER_BLOCK;
     if (level)
@@ -325,8 +329,8 @@ static void print_channels(const char *what, bool level)
 #include "firmware/boards/pins.def"
 }
 
-/* The converters' supply from the 2.500 V reference. 0 if the result exceeds the chip's limit:
- * there is no reference then. */
+/* Computes the supply of the converters from the 2.500 V reference. Returns 0 if the result exceeds
+ * the limit of the chip, which means that there is no reference. */
 static uint32_t compute_supply_mv(void)
 {
     uint32_t sum = noise_sums.sums[2u * MR_TRANSDUCERS + MR_ADC1_REFERENCE];
@@ -335,8 +339,9 @@ static uint32_t compute_supply_mv(void)
     return mv <= SUPPLY_MAX_MV ? mv : 0;
 }
 
-/* Prints the supply and its deviation from the board's nominal supply. The staircase is read
- * relative to the converters' supply, its wires to the board's. */
+/* Prints the supply and its deviation from the board's nominal supply. Both matter for the
+ * staircase: it is read relative to the converters' supply, and its circuit is powered by the
+ * board's supply. */
 static void print_supply(void)
 {
     uint32_t mv = compute_supply_mv();
@@ -362,10 +367,10 @@ static void print_noise(void)
 
 /* ---- cost of the predictor ---- */
 
-/* Cycles of the predictor for one block of a landing at 8 ft/s2. For comparison, the budget assumes
- * 1.5 cycles an instruction and 12.5 more for a division or root (tests/budget.sh). INSTRUCTIONS is
- * the mean per block over COST_ROUNDS, counted on the emulated board, where the cycle counter
- * counts instructions. */
+/* Measures the cycles of the predictor for one block of a landing at 8 ft/s2. For comparison: the
+ * budget assumes 1.5 cycles per instruction and 12.5 more for a division or root (tests/budget.sh).
+ * INSTRUCTIONS is the mean per block over COST_ROUNDS, counted on the emulated board, where the
+ * cycle counter counts instructions. */
 #define COST_ROUNDS            600u
 #define INSTRUCTIONS_PER_BLOCK 41581u
 #define DIVISIONS_PER_BLOCK    35u
@@ -396,7 +401,7 @@ static void print_predictor_cost(void)
     const uint32_t assumed = (3u * INSTRUCTIONS_PER_BLOCK + 25u * DIVISIONS_PER_BLOCK) / 2u;
     uint64_t spent = 0;
     mr_config_get_predictor(&config, &started);
-    started.updates_per_block = 1u << 20; /* no limit: always the full level */
+    started.updates_per_block = 1u << 20; /* so large that the full level is always used */
     if (mr_predictor_start(&predictor, &started) != MR_OK) {
         print_none("cycles_predict", "cycles");
         return;
@@ -419,9 +424,10 @@ static void print_predictor_cost(void)
 
 /* ---- can ---- */
 
-/* Sends CAN frames from the controller to itself. In silent mode the pins stay recessive, so other
- * nodes see nothing. The firmware's driver sends and receives at the firmware's bit rate. The
- * controller stays silent afterwards. RM0090 32.4.4 (loop back combined with silent mode). */
+/* Tests the CAN controller, which sends frames to itself. In silent mode its pin stays recessive,
+ * so other nodes are not disturbed. The firmware's driver sends and receives at the firmware's bit
+ * rate. The controller stays silent afterwards. RM0090 32.4.4 (loop back combined with silent
+ * mode). */
 #define FRAME_COUNT 100u
 #define MODE_POLLS  100000u
 #define FRAME_US    2000u /* a frame lasts 0.13 ms */
@@ -461,7 +467,8 @@ static bool is_received_back(const struct board_can_frame *sent)
 static void print_can(void)
 {
     struct board_can_errors errors;
-    /* Alternating bits: the data need no stuff bits. MR_ID_COMMAND passes the driver's filter. */
+    /* Alternating bits, so that the data needs no stuff bits. MR_ID_COMMAND passes the driver's
+     * filter. */
     struct board_can_frame frame = {.id = MR_ID_COMMAND, .length = 8};
     board_can_state(&errors);
     board_can_set_base(0);
@@ -486,12 +493,13 @@ static void print_can(void)
 
 /* ---- memory ---- */
 
-/* Identifies the black box's memory, then erases, programs and verifies a sector several times. The
- * sector is an empty one of the black box and is empty afterwards: records and runway are not
- * touched. A sector endures 100,000 erases (W25Q128JV rev. F 9.6). */
-#define POLLS_MAX        9000u /* polls, 9 s or more: nor.c ends an erase after 6 s */
+/* Identifies the black box's memory, then erases, programs and verifies a sector several times. It
+ * uses an empty sector of the black box, which is empty again afterwards; records and runway are
+ * not changed. A sector endures 100,000 erases (W25Q128JV rev. F 9.6). */
+/* maximum number of polls, 9 s or more: nor.c ends an erase after 6 s */
+#define POLLS_MAX        9000u
 #define TICKS_PER_US     84u
-/* sectors searched for an empty one, from the black box's last one down */
+/* number of sectors searched for an empty one, from the black box's last one downwards */
 #define SEARCHED_SECTORS 256u
 #define NO_SECTOR        UINT32_MAX
 #define ROUND_COUNT      3u
@@ -504,8 +512,8 @@ struct flash_test_result {
     uint32_t erase_us, erase_max_us, program_us, program_max_us;
 };
 
-/* Sleeps between two polls, until the next block or supervision tick. Times are from TIM2, which
- * runs during sleep; the core's cycle counter does not. */
+/* Sleeps until the next block or supervision tick, between two polls. Durations are measured with
+ * TIM2, because the core's cycle counter stops during sleep. */
 static void sleep_until_interrupt(void)
 {
     struct mr_block block;
@@ -515,7 +523,7 @@ static void sleep_until_interrupt(void)
     (void)board_sleep();
 }
 
-/* Waits for the end of an operation and returns its duration. False: it failed. */
+/* Waits for the end of an operation and returns its duration. Returns false if it failed. */
 static bool wait_for_end(uint32_t *us)
 {
     uint32_t begun = TIM2->CNT;
@@ -568,7 +576,7 @@ static bool erase_sector(uint32_t sector, struct flash_test_result *o)
     return done;
 }
 
-/* Different content for each page and round. */
+/* Fills a page with content that differs for each page and round. */
 static void fill_page(uint32_t round, uint32_t number)
 {
     uint32_t random = round * 2654435761u + number * 40503u + 1u;
@@ -647,16 +655,16 @@ static void print_memory(void)
 
 /* ---- brown-out ---- */
 
-/* Sets the brown-out level, which new chips do not have set. At 168 MHz the core needs 2.7 V (data
- * sheet, table 14 with RM0090 5.1.3). The best level is the highest one that the board's own supply
- * certainly exceeds: below the set level a board never starts again.
+/* Sets the brown-out level; it is off on new chips. At 168 MHz the core needs 2.7 V (data sheet,
+ * table 14 with RM0090 5.1.3). The best level is the highest one that the board's supply certainly
+ * exceeds: a board whose supply is below the set level never starts again.
  *
  *     level  starts at, most   (data sheet, VBOR1 to VBOR3, rising)
  *     3      2.97 V            set if the supply is 3.15 V or more
  *     2      2.63 V            set if the supply is 2.80 V or more
  *
- * The supply is measured against the 2.500 V reference and must match the board's nominal supply: a
- * pin without a reference reads anything. RM0090 3.6.2 (option bytes), 3.9.10. */
+ * The supply is measured against the 2.500 V reference and must match the board's nominal supply:
+ * without a reference the pin would give a random value. RM0090 3.6.2 (option bytes), 3.9.10. */
 #define OPTION_KEY_1             0x08192a3bu
 #define OPTION_KEY_2             0x4c5d6e7fu
 #define OPTCR_OPTLOCK            (1u << 0)
@@ -679,7 +687,7 @@ static bool is_board_supply(uint32_t mv)
 
 static bool write_options(uint32_t options)
 {
-    uint32_t mask = irq_mask(); /* the handlers are in flash, which is busy now */
+    uint32_t mask = irq_mask(); /* mask interrupts: their handlers are in flash, which is busy */
     watchdog_set_timeout(WATCHDOG_FLASH_COUNTS);
     if (FLASH_OPTCR & OPTCR_OPTLOCK) {
         FLASH_OPTKEYR = OPTION_KEY_1;
@@ -700,7 +708,7 @@ static void set_brown_out_level(uint32_t level)
 {
     uint32_t before = FLASH_OPTCR & ~(OPTCR_OPTLOCK | OPTCR_OPTSTRT);
     uint32_t wanted = (before & ~OPTCR_BOR) | (3u - level) << OPTCR_BOR_SHIFT;
-    /* Changing option bytes under read protection could lock the chip after an error. */
+    /* Not under read protection: an error while changing option bytes could lock the chip. */
     if ((before & OPTCR_RDP) != RDP_LEVEL_0)
         print_word("brown_out_set", "protected", "result");
     else if (before == wanted)
@@ -733,7 +741,7 @@ static void set_brown_out(void)
 #define CAUSE_SOFTWARE 4u
 #define CAUSE_WATCHDOG 8u
 #define STARVED_S      4u
-#define TIMEOUT_COUNTS (WATCHDOG_DEFAULT_COUNTS + 1u) /* RM0090 table 107: the count includes 0 */
+#define TIMEOUT_COUNTS (WATCHDOG_DEFAULT_COUNTS + 1u) /* the count includes 0 (RM0090 table 107) */
 #define LSI_DIVIDER    32u
 #define CFSR_BFARVALID (1u << 15)
 #define CFSR_STKERR    (1u << 12)
@@ -748,11 +756,13 @@ static uint8_t get_reset_cause(void)
     return identity.reset_cause;
 }
 
-/* Pushes with the stack pointer at the stack's bottom, like a chain of calls that is too deep. */
+/* Pushes data with the stack pointer at the bottom of the stack, as a too deep chain of calls
+ * would. */
 static void overflow_stack(void)
 {
     __asm volatile("mov sp, %0\n\tpush {r0-r7}\n\tdsb" : : "r"(stack_bottom) : "memory");
-    /* If the overflow is not detected, the watchdog resets the chip without a fault record. */
+    /* If the overflow is not detected, wait here: the watchdog resets the chip without a fault
+     * record. */
     for (;;) {
     }
 }
@@ -789,7 +799,8 @@ static void starve_watchdog(void)
 {
     (void)irq_mask();
     starved_cycles = 0;
-    watchdog_set_timeout(WATCHDOG_DEFAULT_COUNTS); /* also feeds the watchdog, for the last time */
+    /* also resets the counter of the watchdog, for the last time */
+    watchdog_set_timeout(WATCHDOG_DEFAULT_COUNTS);
     uint32_t begun = pace_now();
     while (pace_cycles(begun) < STARVED_S * 1000000u * PACE_MHZ)
         starved_cycles = pace_cycles(begun);
@@ -812,8 +823,8 @@ static void print_watchdog(void)
 
 #define WORD_BYTES 16u
 
-/* Stage of the report, kept through resets. The complement shows if it is valid: at power on RAM
- * holds anything. */
+/* Stage of the report, which survives resets. The complement shows whether it is valid: at power
+ * on, RAM contains random values. */
 enum stage { STAGE_NONE, STAGE_STACK, STAGE_WATCHDOG };
 static struct {
     uint32_t stage, complement;
@@ -853,7 +864,7 @@ static void continue_with_watchdog(void)
     print_flush();
     store_stage(STAGE_WATCHDOG);
     starve_watchdog();
-    print_watchdog(); /* reached only if the watchdog did not reset */
+    print_watchdog(); /* reached only if the watchdog has not reset the chip */
     end_report();
 }
 
@@ -885,7 +896,8 @@ static void start_next_round(enum stage stage)
     }
 }
 
-/* On some boards the boot ROM does not use this serial port and could not be reached. */
+/* Starts the boot ROM. Refused on boards whose boot ROM does not use this serial port, because it
+ * could not be reached. */
 static void enter_rom(void)
 {
     if (!BOARD_ROM_HEARS_SERIAL) {
@@ -912,7 +924,7 @@ static void execute_command(const char *word)
     }
 }
 
-/* Copies a received line without its end. False: the line is not complete yet. */
+/* Copies a received line without its end. Returns false if the line is not complete yet. */
 static bool read_command_word(char word[WORD_BYTES])
 {
     static char line[WORD_BYTES];
@@ -937,7 +949,7 @@ int main(void)
     struct mr_block block;
     char word[WORD_BYTES];
     board_start();
-    /* resets are intended here: they must not count as a row of failures */
+    /* the resets of this program are intended, so they must not count as failures in a row */
     board_reset_restart_count();
     board_identify(&identity);
     pace_start();
@@ -946,7 +958,7 @@ int main(void)
     start_next_round(read_stage());
     for (;;) {
         watchdog_feed();
-        while (board_block_get(&block)) { /* waiting blocks would prevent sleep */
+        while (board_block_get(&block)) { /* drop waiting blocks, which would prevent sleep */
         }
         (void)board_sleep();
         if (read_command_word(word))

@@ -6,10 +6,11 @@
 #include "firmware/f407/drivers.h"
 
 #define LINE_BYTES      80u
-#define SEND_TIMEOUT_US 2000000u /* uart.c sends its ring of 8 KiB in 0.7 s */
-#define LAST_BYTES_US   200u     /* two bytes last 174 us */
+/* time limit for sending; uart.c sends its ring of 8 KiB in 0.7 s */
+#define SEND_TIMEOUT_US 2000000u
+#define LAST_BYTES_US   200u /* two bytes last 174 us */
 
-/* Kept through resets; print_begin overwrites the random content at power on. */
+/* Not cleared at a reset. print_begin overwrites the random content that it has at power on. */
 static struct {
     uint32_t lines, crc;
     char section[12];
@@ -22,7 +23,7 @@ struct line {
 
 static void put_char(struct line *line, char c)
 {
-    if (line->length < LINE_BYTES - 1u) /* room for the newline */
+    if (line->length < LINE_BYTES - 1u) /* keep room for the newline */
         line->bytes[line->length++] = c;
 }
 
@@ -73,7 +74,7 @@ static void send_line(struct line *line)
     }
 }
 
-/* Sends a line that counts in the section's lines and CRC. */
+/* Sends a line and includes it in the section's line count and CRC. */
 static void send_counted(struct line *line)
 {
     send_line(line);

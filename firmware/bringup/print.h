@@ -6,8 +6,8 @@
  *     end SECTION LINES CRC      lines in between; CRC-32 (common/crc32.h), eight hexadecimal
  *                                digits, of all bytes from `begin` to the newline before `end`
  *
- * The line count and the CRC let a reader detect truncated or damaged sections. Both continue
- * through a reset. */
+ * The line count and the CRC let a reader detect truncated or damaged sections. A section may
+ * continue after a reset. */
 #ifndef MATRIG_FIRMWARE_BRINGUP_PRINT_H
 #define MATRIG_FIRMWARE_BRINGUP_PRINT_H
 
@@ -41,8 +41,9 @@ void print_flush(void);
 
 /* ---- bounded waits ---- */
 
-/* Time from the core's cycle counter, which runs whenever the core runs. It bounds all waits here
- * and wraps after 25 s at 168 MHz. PM0214 does not describe the DWT; see ARMv7-M C1.8. */
+/* Time from the core's cycle counter, which counts while the core does not sleep. It limits all
+ * waits here and wraps after 25 s at 168 MHz. PM0214 does not describe the DWT; see ARMv7-M
+ * C1.8. */
 
 #define PACE_MHZ 168u
 
@@ -56,7 +57,8 @@ static inline uint32_t pace_cycles(uint32_t begun)
 {
     return DWT_CYCCNT - begun;
 }
-/* True once `us` microseconds (at most 20 s) have passed since `begun`. Feeds the watchdog. */
+/* True once `us` microseconds (at most 20 s) have passed since `begun`. Also resets the counter of
+ * the watchdog. */
 bool pace_passed(uint32_t begun, uint32_t us);
 void pace_wait(uint32_t us);
 

@@ -13,12 +13,12 @@ static uint32_t asleep_ticks, load_since_tick;
 
 /* ---- image ---- */
 
-/* Header of this image, and the check that flash holds the image as built. */
+/* Header of this image, and the check that the flash content is the image that was built. */
 
 extern const uint8_t program_start[], program_end[]; /* linker script */
 
-/* firmware/stamp/stamp.c fills in the values that are unknown before linking. Only it reads this
- * object; the board reads the header from flash. */
+/* firmware/stamp/stamp.c fills in the values that are unknown before linking. Only that program
+ * uses this object; the board reads the header from flash. */
 __attribute__((section(".header"), used)) static const struct {
     uint32_t magic;
     uint16_t format, bytes;
@@ -85,11 +85,12 @@ static void start_supervision(void)
 
 void board_start(void)
 {
-    watchdog_start(); /* before anything that could hang */
+    watchdog_start(); /* start it before anything that could hang */
     identity.reset_cause = read_reset_cause();
     is_quiet = fault_read_record(identity.reset_cause);
     clock_reset();
-    /* Set outputs before starting the crystal, which may take 100 ms: until then outputs float. */
+    /* Set outputs before starting the crystal, which may take 100 ms, because outputs float until
+     * then. */
     pins_configure();
     enum mr_clock_source clock = clock_start(!fault_has_crystal_stopped_twice());
     memory_start();
@@ -166,8 +167,8 @@ void systick_irq(const uint32_t *frame)
 
 bool board_sleep(void)
 {
-    /* WFI also wakes for a pending interrupt while interrupts are masked, so no event after this
-     * check is slept through. */
+    /* WFI also ends at a pending interrupt while interrupts are masked, so an event that occurs
+     * after this check is not missed. */
     uint32_t mask = irq_mask();
     if (!scan_is_block_ready() && !has_tick_passed) {
         uint32_t before = TIM2->CNT;
@@ -176,7 +177,7 @@ bool board_sleep(void)
     }
     irq_restore(mask);
     bool passed = has_tick_passed;
-    if (passed) /* a tick from here on is reported by the next call */
+    if (passed) /* a tick that occurs from here on is reported by the next call */
         has_tick_passed = false;
     return passed;
 }
@@ -205,12 +206,12 @@ uint16_t board_load_permille(void)
 
 void watchdog_start(void)
 {
-    /* a breakpoint must stop the watchdog, and the timers that nobody reads meanwhile */
+    /* a breakpoint must stop the watchdog, and the timers, whose data is not read during it */
     DBGMCU_APB1_FZ |= DBGMCU_APB1_FZ_DBG_IWDG_STOP | DBGMCU_APB1_FZ_DBG_TIM2_STOP |
                       DBGMCU_APB1_FZ_DBG_TIM4_STOP;
     IWDG->KR = KEY_START;
     IWDG->KR = KEY_UNLOCK;
-    IWDG->PR = 3u; /* / 32 */
+    IWDG->PR = 3u; /* prescaler 32 */
     watchdog_set_timeout(WATCHDOG_DEFAULT_COUNTS);
 }
 
@@ -230,14 +231,15 @@ void watchdog_feed(void)
 
 /* ---- boot ROM ---- */
 
-/* Enters the chip's boot ROM. The ROM expects the chip in reset state, so this resets with a note
- * in RAM; the start reads the note before anything else. AN2606 3 (STM32F40x: vectors at
- * 0x1FFF0000). */
+/* Enters the chip's boot ROM. The ROM expects the chip in reset state. This code therefore stores a
+ * request in RAM and resets the chip; the start code reads the request before anything else. AN2606
+ * 3 (STM32F40x: vectors at 0x1FFF0000). */
 
 #define ROM_VECTORS      0x1fff0000u
 #define ROM_REQUEST_MARK 0x21524f4du /* "MOR!" */
 
-/* Not cleared at start. The complement shows if it is valid: at power on RAM holds anything. */
+/* Not cleared at start. The complement shows whether the content is valid: at power on, RAM
+ * contains random values. */
 static struct {
     uint32_t valid;
     uint32_t complement;
@@ -268,7 +270,7 @@ void board_enter_rom(void)
 static bool has_rom_run(const uint32_t *vectors)
 {
     uintptr_t at = 4;
-    /* hides the value: otherwise gcc assumes that an access near address 0 is undefined */
+    /* hide the value from gcc, which assumes that an access near address 0 is undefined */
     __asm volatile("" : "+r"(at));
     return *(const volatile uint32_t *)at == vectors[1];
 }
@@ -279,7 +281,8 @@ void enter_rom_if_requested(void)
     if (rom_request.valid != ROM_REQUEST_MARK || rom_request.complement != ~ROM_REQUEST_MARK)
         return;
     rom_request.valid = 0;
-    if (has_rom_run(vectors)) /* the boot ROM has already run and has started this program */
+    /* do not start the boot ROM again: it has run and has started this program */
+    if (has_rom_run(vectors))
         return;
     /* The ROM's interrupts (USB, CAN) use the vectors at address 0, because VTOR is 0 after a
      * reset. */

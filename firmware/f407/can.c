@@ -2,8 +2,8 @@
  * (modes, bit timing), 32.9.
  *
  * Frames are sent in queue order (TXFP), so the count in can_health is exactly the number of frames
- * before it. Software ends bus-off when firmware/canwatch.c requests it: the controller itself
- * (ABOM) would return 400 times a second to a shorted bus.
+ * before it. Software ends bus-off when firmware/canwatch.c requests it: automatic recovery (ABOM)
+ * would disturb a shorted bus 400 times a second.
  *
  * Identifiers include the base (common/canbase.h) in the send queue and the controller; everywhere
  * else they are those of the catalogue. */
@@ -16,7 +16,7 @@
 #define RX_QUEUE_FRAMES 64u
 #define ALL_EMPTY       (CAN_TSR_TME(0) | CAN_TSR_TME(1) | CAN_TSR_TME(2))
 #define INIT_POLLS      100000u
-/* set in the identifier of the sync frame while the frame is in the queue */
+/* mark in the identifier of a sync frame while it is in the queue */
 #define SYNC_MARK       0x8000u
 #define BIT_TIMING      (1u << 20 | 10u << 16 | 2u) /* TS2 2, TS1 11, prescaler 3, SJW 1 */
 
@@ -24,9 +24,10 @@ static struct board_can_frame tx_ring[TX_QUEUE_FRAMES], rx_ring[RX_QUEUE_FRAMES]
 static struct queue tx_queue, rx_queue;
 static bool is_running;
 static volatile uint16_t can_base; /* base of the identifiers on the bus */
-/* Frames that left their mailboxes, and frames that mailboxes aborted on request. */
+/* Number of frames that have left their mailboxes, and of frames that mailboxes aborted on
+ * request. */
 static volatile uint32_t passed_frames, aborted_frames;
-static uint32_t cleared_frames; /* waiting frames that were dropped */
+static uint32_t cleared_frames; /* number of waiting frames that were dropped */
 
 /* The sync frame: its block, its mailbox (3: none), and the tick when it was sent. */
 static volatile uint32_t sync_block, sync_tick;
@@ -61,8 +62,8 @@ void can_start(void)
 }
 
 /* Changes the filters, with FINIT set. Reception stops for less than a microsecond; a frame that
- * ends in this time is lost. The interrupt has already taken earlier frames from the FIFO, with the
- * old base. RM0090 32.7.4. Filters survive bus-off and recovery. */
+ * ends in this time is lost. Earlier frames have already been read from the FIFO by the interrupt,
+ * with the old base. RM0090 32.7.4. Filters survive bus-off and recovery. */
 void board_can_set_base(uint16_t to)
 {
     if (!is_running)
@@ -74,9 +75,9 @@ void board_can_set_base(uint16_t to)
     CAN1->FA1R = 3u;
     can_base = to;
     CAN1->FMR &= ~CAN_FMR_FINIT;
-    /* Leaves init mode: the first time, the controller joins the bus after 11 recessive bits and
-     * holds frames until then. This does not wait for the controller, because the bus may be
-     * shorted now and repaired later. */
+    /* Leave init mode. After that, the controller joins the bus after 11 recessive bits and holds
+     * frames until then. Do not wait for it, because the bus may be shorted now and repaired
+     * later. */
     CAN1->MCR = CAN_MCR_TXFP;
 }
 
@@ -86,8 +87,9 @@ static uint32_t get_data_word(const uint8_t *bytes)
            (uint32_t)bytes[3] << 24;
 }
 
-/* Mailboxes that may be filled. A mailbox whose end the interrupt has not handled is excluded: a
- * new request would clear RQCP and lose the frame's time. RM0090 32.9.3 */
+/* Returns the mailboxes that may be filled. A mailbox that has sent its frame but whose interrupt
+ * has not run yet is excluded: a new request would clear RQCP and lose the time of the frame
+ * (RM0090 32.9.3). */
 static uint32_t find_free_mailboxes(void)
 {
     uint32_t tsr = CAN1->TSR, empty = tsr >> 26 & 7u;
@@ -125,8 +127,8 @@ void can1_tx_irq(void)
 {
     uint32_t now = TIM2->CNT;
     uint32_t tsr = CAN1->TSR;
-    /* Clear only the flags seen: a mailbox that ends meanwhile raises the next interrupt, with its
-     * own time. */
+    /* Clear only the flags that were read: a mailbox that finishes in the meantime causes the next
+     * interrupt, with its own time. */
     for (unsigned mailbox = 0; mailbox < 3; mailbox++) {
         bool left = (tsr & CAN_TSR_TXOK(mailbox)) != 0;
         if (!(tsr & CAN_TSR_RQCP(mailbox)))
@@ -153,9 +155,9 @@ void can1_rx0_irq(void)
         CAN1->RF0R = CAN_RF0R_FOVR;
         health_count(MR_FAULT_CAN_RX_OVERRUN, 0);
     }
-    /* At most three frames are stored: the bound keeps a stuck count from blocking the processor.
-     * During a release the count is still the old one; remaining frames raise the next
-     * interrupt. */
+    /* At most three frames are stored; the limit prevents a stuck count from blocking the
+     * processor. While a frame is being released, the count is still the old one; frames that
+     * remain cause the next interrupt. */
     for (unsigned n = 0; n < 3; n++) {
         uint32_t fifo = CAN1->RF0R;
         if (!(fifo & CAN_RF0R_FMP) || fifo & CAN_RF0R_RFOM)

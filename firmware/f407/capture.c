@@ -1,26 +1,26 @@
-/* Switch edges, and pulses from outside: TIM2 captures each at 84 MHz, DMA1 stores the capture.
- * Edges: channel 1, stream 5. Pulses: frames of the camera (PB3) on channel 2, the brake (PB10) on
- * channel 3, the wheel (PB11) on channel 4. Edges shorter than 95 ns and pulses shorter than 3 us
- * are noise: the input filter removes them, and delays the rest. The one-shot of the edges is 17 us
- * long; the cables of the pulses are not part of the board. The camera's trigger is PE2. RM0090
+/* Switch edges and pulses from outside: TIM2 captures the time of each at 84 MHz, and DMA1 stores
+ * it. Edges: channel 1, stream 5. Pulses: frames of the camera (PB3) on channel 2, the brake (PB10)
+ * on channel 3, the wheel (PB11) on channel 4. Edges shorter than 95 ns and pulses shorter than 3
+ * us are noise: the input filter removes them, and delays the rest. The one-shot of the edges is 17
+ * us long; the cables of the pulses are not part of the board. The camera's trigger is PE2. RM0090
  * 18.3.5, table 42. */
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
 #define EDGE_CAPTURES      64u
-#define PULSE_CAPTURES     32u /* pulses of 160 ms at 200 per second */
+#define PULSE_CAPTURES     32u /* size of a pulse buffer: 160 ms of pulses at 200 per second */
 #define EDGE_STREAM        5u
 #define EDGE_FILTER_TICKS  8u
 #define PULSE_FILTER_TICKS 256u
-/* Ticks can be compared within 25 s. Captures are taken with the next block; without blocks the
- * scans are restarted each second. */
+/* Ticks can be compared only within 25 s. Captures are processed with the next block; without
+ * blocks, the scans are restarted each second. */
 #define AGE_MAX_TICKS      (10u * 84000000u)
 #define DETAIL_TOO_OLD     1u /* details of the fault */
 #define DETAIL_PULSES      2u
 
 static volatile uint32_t edge_tick[EDGE_CAPTURES] DMA_BUFFER,
     pulse_tick[BOARD_PULSES][PULSE_CAPTURES] DMA_BUFFER;
-/* index of the oldest capture not yet taken */
+/* index of the oldest capture that has not been processed */
 static unsigned edges_taken, pulses_taken[BOARD_PULSES];
 static const uint8_t pulse_stream[BOARD_PULSES] = {
     [BOARD_FRAMES] = 6, [BOARD_BRAKE] = 1, [BOARD_WHEEL] = 7};
@@ -51,7 +51,7 @@ void capture_start(void)
     TIM2->CCMR1 = TIM_CCMR1_CC1_TI1 | TIM_CCMR1_IC1F_8;
     TIM2->CCER = 1u; /* rising edges */
     TIM2->DIER = TIM_DIER_CC1DE;
-    TIM2->SMCR = TIM_SMCR_TS_ITR3 | TIM_SMCR_SMS_TRIGGER; /* TIM2 starts together with TIM4 */
+    TIM2->SMCR = TIM_SMCR_TS_ITR3 | TIM_SMCR_SMS_TRIGGER; /* start TIM2 together with TIM4 */
 }
 
 /* Removes the captures up to a tick and returns them, oldest first, with the filter delay
@@ -70,8 +70,8 @@ static size_t get_captures(unsigned stream, const volatile uint32_t *captured, u
     return count;
 }
 
-/* Drops captures that are too old to order: an old one would look like a future one and block all
- * after it. */
+/* Drops captures that are too old to be ordered: an old capture would look like a future one and
+ * would block all later ones. */
 static void drop_old_captures(unsigned stream, const volatile uint32_t *captured, unsigned size,
                               unsigned *taken, uint8_t detail)
 {
@@ -115,7 +115,7 @@ void board_pulses_enable(enum board_pulses input, bool on)
     start_stream(pulse_stream[input], channel, pulse_tick[input], PULSE_CAPTURES,
                  DMA_CR_PRIORITY(1));
     *mode = (*mode & ~(0xffu << shift)) | (TIM_CCMR1_CC1_TI1 | TIM_CCMR1_IC1F_256) << shift;
-    (void)TIM2->CCR[channel]; /* discards an old capture */
+    (void)TIM2->CCR[channel]; /* read the register to discard an old capture */
     TIM2->DIER |= TIM_DIER_CC1DE << channel;
     TIM2->CCER |= TIM_CCER_CC1E << 4 * channel; /* rising edges */
 }

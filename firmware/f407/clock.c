@@ -1,23 +1,24 @@
-/* System clock: 168 MHz from the 8 MHz crystal or an 8 MHz clock instead; from the internal
- * oscillator if the crystal does not start, or has stopped repeatedly. If the PLL does not lock,
- * the board stays silent with its lamp on until the watchdog resets it and it tries again. RM0090
- * 7.2; 3.5.1 for wait states; 5.1.3 for the regulator scale. */
+/* System clock: 168 MHz, from the 8 MHz crystal or an external 8 MHz clock, or from the internal
+ * oscillator if the crystal does not start or has stopped repeatedly. If the PLL does not lock, the
+ * board stays silent with its lamp on until the watchdog resets it and it tries again. RM0090 7.2;
+ * 3.5.1 for wait states; 5.1.3 for the regulator scale. */
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
-/* Polls of a flag, about 8 cycles each at 16 MHz: 100 ms for the crystal (2 ms is typical), 20 ms
- * for the PLL (0.3 ms). */
+/* Limits for polling a flag, about 8 cycles each at 16 MHz: 100 ms for the crystal (typically 2
+ * ms), 20 ms for the PLL (0.3 ms). */
 #define CRYSTAL_POLLS 200000u
 #define PLL_POLLS     40000u
 
-/* The internal oscillator is off by -8 to 4.5 % at most (STM32F407 data sheet, ACC_HSI); the
- * nearest crystals that boards have are 7.3728 and 10 MHz. */
+/* Range of the internal oscillator, for measuring the crystal: its error is at most -8 to 4.5 %
+ * (STM32F407 data sheet, ACC_HSI). The nearest other crystals that boards have are 7.3728 and 10
+ * MHz. */
 #define INTERNAL_KHZ    16000u
 #define CRYSTAL_KHZ_MIN 7500u
 #define CRYSTAL_KHZ_MAX 8800u
 #define RTC_DIVIDER     31u
 #define CAPTURE_COUNT   16u
-#define CAPTURE_POLLS   1000u /* 0.5 ms; captures of a 4 MHz crystal are 62 us apart */
+#define CAPTURE_POLLS   1000u /* 0.5 ms; with a 4 MHz crystal, captures are 62 us apart */
 
 #define DETAIL_STOPPED 255u /* detail of the fault */
 
@@ -32,8 +33,8 @@ static bool wait_for_bits(reg32 *reg, uint32_t mask, uint32_t value, uint32_t po
     return false;
 }
 
-/* 8 MHz / 4 or 16 MHz / 8 = 2 MHz, * 168 = 336 MHz, / 2 = 168 MHz; / 7 = 48 MHz for the unused
- * USB. */
+/* Dividers: 8 MHz / 4 or 16 MHz / 8 = 2 MHz, * 168 = 336 MHz, / 2 = 168 MHz; / 7 = 48 MHz for the
+ * unused USB. */
 static bool start_pll(bool from_crystal)
 {
     uint32_t input_divider = from_crystal ? 4u : 8u;
@@ -44,12 +45,12 @@ static bool start_pll(bool from_crystal)
     if (!wait_for_bits(&RCC->CR, RCC_CR_PLLRDY, RCC_CR_PLLRDY, PLL_POLLS))
         return false;
     FLASH_ACR = FLASH_ACR_168MHZ;
-    /* The wait states must be in force before the clock is faster. RM0090 3.5.1 */
+    /* set the wait states before the clock becomes faster (RM0090 3.5.1) */
     if (!wait_for_bits(&FLASH_ACR, FLASH_ACR_LATENCY, FLASH_ACR_168MHZ & FLASH_ACR_LATENCY,
                        PLL_POLLS))
         return false;
-    /* A prescaler change takes up to 16 cycles, so it must precede the clock change. RM0090
-     * 7.3.3 */
+    /* Change the prescalers first: a change takes up to 16 cycles, and must be complete before the
+     * clock changes (RM0090 7.3.3). */
     const uint32_t prescalers = RCC_CFGR_PPRE1_DIV4 | RCC_CFGR_PPRE2_DIV2;
     RCC->CFGR = prescalers;
     if (!wait_for_bits(&RCC->CFGR, prescalers, prescalers, PLL_POLLS))
@@ -119,8 +120,8 @@ static bool start_crystal(void)
     bool swings = wait_for_bits(&RCC->CR, RCC_CR_HSERDY, RCC_CR_HSERDY, CRYSTAL_POLLS);
     uint32_t khz = crystal_khz = swings ? measure_crystal_khz() : 0;
     if (khz >= CRYSTAL_KHZ_MIN && khz <= CRYSTAL_KHZ_MAX) {
-        /* If the crystal stops later, the chip changes to the internal oscillator and raises an NMI
-         * (fault.c). RM0090 7.2.7 */
+        /* If the crystal stops later, the chip switches to the internal oscillator and raises an
+         * NMI (fault.c; RM0090 7.2.7). */
         RCC->CR |= RCC_CR_CSSON;
         return true;
     }
@@ -132,7 +133,8 @@ static bool start_crystal(void)
 enum mr_clock_source clock_start(bool crystal_wanted)
 {
     RCC->APB1ENR |= RCC_APB1ENR_PWR;
-    /* the read waits: a peripheral answers two cycles after its clock is on; RM0090 7.2.13 */
+    /* read back, which waits long enough: a peripheral responds two cycles after its clock is on
+     * (RM0090 7.2.13) */
     (void)RCC->APB1ENR;
     PWR_CR |= PWR_CR_VOS;
 

@@ -9,12 +9,12 @@
 #include "firmware/f407/pins.h"
 #include "firmware/f407/regs.h"
 
-/* Marks a buffer that DMA may write or read at any time: the background test of RAM skips it
- * (matrig.ld collects these buffers). */
+/* Marks a buffer that DMA may write or read at any time. The background test of RAM skips these
+ * buffers, which matrig.ld collects. */
 #define DMA_BUFFER __attribute__((section(".bss.dma_buffers")))
 
-/* clock.c: sets clocks and peripherals to their reset state. A debugger or the Go command of the
- * boot ROM may have left others on. */
+/* clock.c: resets clocks and peripherals, some of which a debugger or the Go command of the boot
+ * ROM may have left on. */
 void clock_reset(void);
 /* Starts the PLL from the crystal, or from the internal oscillator if the crystal is not wanted or
  * does not start. */
@@ -27,13 +27,13 @@ void scan_prepare(void);
 bool scan_is_block_ready(void);
 /* capture.c: TIM2 and its DMA. Call before the scans start, because their timer starts both. */
 void capture_start(void);
-/* Drops captures that are too old because no block has taken them, and counts them as lost, before
- * their ticks wrap. */
+/* Drops captures that are too old to be processed, and counts them as lost. Call it often enough
+ * that their ticks cannot wrap. */
 void capture_drop_old(void);
 void can_start(void);
-/* nor.c: SPI2 and the memory of the black box, which is missing before this call. */
+/* nor.c: starts SPI2 and the memory of the black box, which counts as missing before this call. */
 void nor_start(void);
-/* Extends the time-out of the operation by the time in which it could not be polled. Call with
+/* Extends the time limit of the operation by the time in which it could not be polled. Call with
  * interrupts masked. */
 void nor_extend_timeout(uint32_t ticks);
 /* Manufacturer, type and capacity of the chip: 0x00ef4018. Call only while nor_poll returns
@@ -49,8 +49,8 @@ bool uart_is_sent(void);
  * LSI. */
 void watchdog_start(void);
 void watchdog_feed(void);
-/* Sets the time-out in counts of LSI / 32 and feeds the watchdog. The erase of a 16 KiB sector
- * takes 0.5 s; 1500 counts are at least 1.02 s. */
+/* Sets the time-out in counts of LSI / 32 and resets the counter of the watchdog. The erase of a 16
+ * KiB sector takes 0.5 s; 1500 counts are at least 1.02 s. */
 #define WATCHDOG_DEFAULT_COUNTS 500u
 #define WATCHDOG_FLASH_COUNTS   1500u
 void watchdog_set_timeout(uint32_t counts);
@@ -58,7 +58,8 @@ void watchdog_set_timeout(uint32_t counts);
  * anything else. */
 void enter_rom_if_requested(void);
 /* fault.c: counts a processor fault or a late task from before this reset; `cause` as in the
- * message hello. True: too many resets in a row, and the board only communicates. */
+ * message hello. Returns true if there were too many resets in a row; the board then only
+ * communicates. */
 bool fault_read_record(uint8_t cause);
 /* True if the crystal has started and stopped twice since the last requested restart. */
 bool fault_has_crystal_stopped_twice(void);

@@ -1,7 +1,7 @@
 /* A processor fault stores its registers and resets; the next start counts and reports it.
  * Unrequested restarts are counted through resets: after QUIET_RESTARTS_MIN in a row the board
- * starts without its measuring parts and only communicates. PM0214 2.3.7 (frames), 2.4.4 (faults).
- * */
+ * starts without scans and black box and only communicates. PM0214 2.3.7 (frames), 2.4.4
+ * (faults). */
 #include <string.h>
 
 #include "common/fault.h"
@@ -12,14 +12,14 @@
 #define QUIET_RESTARTS_MIN 5u
 #define CRYSTAL_STOPS_MAX  2u
 #define FRAME_WORDS        8u  /* r0-r3, r12, lr, pc, xpsr */
-#define FRAME_FP_WORDS     26u /* also s0-s15, fpscr, one reserved */
+#define FRAME_FP_WORDS     26u /* size of a frame that also has s0-s15, fpscr and a reserved word */
 #define XPSR_ALIGNED       (1u << 9)
 #define IPSR_MASK          0x1ffu
 
 extern uint32_t stack_bottom[], stack_top[]; /* linker script */
 
-/* Not cleared at start, so it survives a reset. At power on RAM holds anything, and the CRC does
- * not match. */
+/* Not cleared at start, so it survives a reset. At power on RAM contains random values, and the CRC
+ * does not match. */
 static struct {
     uint32_t words[MR_CRASH_ITEM_COUNT];
     uint32_t age;
@@ -178,7 +178,7 @@ bool fault_read_record(uint8_t cause)
         restart_record.in_row =
             (uint8_t)(restart_record.in_row + (restart_record.in_row < UINT8_MAX));
     } else {
-        /* the cause was power, the reset button or a command */
+        /* the restart was due to power, the reset button or a command, so the counts start anew */
         restart_record.in_row = restart_record.crystal_stops = 0;
     }
     if (crash_record.fresh && crash_record.words[MR_CRASH_KIND] == MR_CRASH_CRYSTAL)

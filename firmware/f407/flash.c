@@ -1,9 +1,9 @@
 /* board.h's flash on the STM32F407: sectors 2 and 3, words of 32 bits (2.7 to 3.6 V). RM0090 3.6
  * and 3.9.
  *
- * The watchdog may be as fast as 0.34 s, an erase as slow as 0.5 s, and nothing can feed it during
- * an erase: its time-out is three times as long from flash_begin to flash_end. Interrupts are off:
- * their handlers are in the flash, which is busy. */
+ * The watchdog may time out after 0.34 s, but an erase may take 0.5 s, and the watchdog cannot be
+ * served during an erase. Its time-out is therefore three times as long from flash_begin to
+ * flash_end. Interrupts are off, because their handlers are in the flash, which is busy. */
 #include "firmware/board.h"
 
 #include "firmware/f407/drivers.h"
@@ -23,8 +23,8 @@ const uint8_t *flash_copy(unsigned copy)
     return (const uint8_t *)(COPY_A_ADDRESS + copy * FLASH_COPY_BYTES);
 }
 
-/* The data cache may hold old content of changed sectors. RM0090 3.5.2: reset it while it is
- * off. */
+/* Resets the data cache, which may hold old content of changed sectors. It must be off for that
+ * (RM0090 3.5.2). */
 static void reset_data_cache(void)
 {
     FLASH_ACR &= ~FLASH_ACR_DCEN;

@@ -1,20 +1,20 @@
 /* board.h's thermometer bus on I2C1, 80 kHz from PCLK1 of 42 MHz: PB6 SCL, PB7 SDA, both with a
  * pull-up on the board. RM0090 27.3.3 (master mode).
  *
- * Each poll, once a block, handles one event of the controller. The controller holds SCL low until
- * then, which devices tolerate (the TMP112 times out after 30 ms). 80 kHz, because between 88 and
- * 100 kHz the chip's repeated start may be too early (errata ES0182). Two bytes are read with POS,
- * so the timing of software does not matter. A stuck bus is clocked free with the pins as outputs,
- * one edge per poll. A bus error alone is ignored: a master may report one without cause (ES0182),
- * and the transfer continues. */
+ * Each poll, once a block, handles one event of the controller. Until then the controller holds SCL
+ * low, which devices tolerate (the TMP112 times out after 30 ms). The rate is 80 kHz, because
+ * between 88 and 100 kHz the chip's repeated start may be too early (errata ES0182). Two bytes are
+ * read with POS, so that the timing of software does not matter. A stuck bus is freed with clocks
+ * from the pins as outputs, one edge per poll. A bus error alone is ignored: a master may report
+ * one without cause (ES0182), and the transfer continues. */
 #include "firmware/f407/drivers.h"
 #include "firmware/board.h"
 
 #define CLOCK_MHZ     42u
 #define CCR_80_KHZ    263u /* 42 MHz / (2 x 80 kHz) */
 #define TRISE_1000_NS 43u  /* 1000 ns in periods of PCLK1, plus one */
-#define EVENT_POLLS   20u  /* a byte lasts 0.1 ms */
-/* nine clocks: a device ends its byte within them */
+#define EVENT_POLLS   20u  /* limit for an event, in polls; a byte lasts 0.1 ms */
+/* nine clocks, within which a device ends its byte */
 #define CLOCK_EDGES   18u
 
 static enum phase {
@@ -86,8 +86,8 @@ static void begin_clocking(void)
     set_phase(PHASE_CLOCKING);
 }
 
-/* Makes the next edge: clocks until SDA is free, at most nine; then a stop, SDA low and high while
- * SCL is high. */
+/* Generates the next edge to free the bus: clocks until SDA is released, at most nine; then a stop
+ * (SDA rises while SCL is high). */
 static void toggle_clock(void)
 {
     bool is_free = pin_read(PIN_THERMOMETER_DATA);
@@ -136,7 +136,7 @@ static void end_transfer(enum i2c_status status)
     set_phase(PHASE_STOP);
 }
 
-/* Called when a byte was sent: sends the next one. */
+/* Called when a byte was sent. Sends the next one. */
 static void send_next(void)
 {
     if (sent_length < out_length) {

@@ -1,8 +1,9 @@
-/* Memory tests: RAM in use and the program piece by piece while idle, and the depth of the stack.
+/* Memory tests: tests RAM in use and the program in small steps while idle, and measures the depth
+ * of the stack.
  *
  * RAM in use is tested four words at a time, in registers alone and with interrupts masked, by
- * March C- (van de Goor 1991: up w0; up r0 w1; up r1 w0; down r0 w1; down r1 w0; r0) on two
- * backgrounds; then the content is restored. This detects bits that are stuck or coupled within the
+ * March C- (van de Goor 1991: up w0; up r0 w1; up r1 w0; down r0 w1; down r1 w0; r0) with two data
+ * patterns; then the content is restored. This detects bits that are stuck or coupled within the
  * four words, but not faults of address lines. DMA buffers are tested once, at start, because DMA
  * cannot be masked. */
 #include <string.h>
@@ -16,7 +17,7 @@
 #define WINDOW_WORDS      4u
 #define SLICE_WINDOWS     8u
 #define FLASH_SLICE_BYTES 128u
-/* a stream may write up to this number of bytes after its address */
+/* an active stream may write up to this number of bytes after its address */
 #define DMA_REACH_BYTES   1024u
 #define STREAM_COUNT      16u
 
@@ -29,8 +30,8 @@ static uint32_t *next_window;          /* next window to be tested */
 static const uint8_t *next_flash_byte; /* next byte for the checksum of the program */
 static uint32_t flash_crc, image_crc;
 
-/* Returns the bits of four words that failed. The registers saved on the stack are restored before
- * use: the test may cover the stack itself. */
+/* Returns the bits of four words that failed. The test may cover the stack itself, so it uses only
+ * registers; the stack content is restored before it is used. */
 static __attribute__((naked, noinline)) uint32_t march_test(__attribute__((unused)) uint32_t *words,
                                                             __attribute__((unused))
                                                             uint32_t background)
@@ -90,9 +91,9 @@ void memory_set_image_crc(uint32_t crc)
     image_crc = crc;
 }
 
-/* Stores the addresses that active streams write to or read from, and returns their number. No
- * other stream can start during the test, unless its buffer is a DMA buffer: only the main loop
- * starts streams, and it runs the test. */
+/* Stores the addresses that active streams write to or read from, and returns their number. During
+ * the test, no other stream can start, except one with a DMA buffer, because streams are started by
+ * the main loop, which runs the test. */
 static unsigned find_active_streams(uint32_t address[STREAM_COUNT])
 {
     unsigned count = 0;

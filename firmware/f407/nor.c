@@ -3,29 +3,31 @@
  * W25Q128JV rev. F 8.2 (commands), 9.6 (times).
  *
  * Commands and addresses are sent by polling, 0.4 us a byte; data by DMA, 0.1 ms a page. While a
- * page is being programmed, DMA reads the status for 0.2 ms at a time, and the interrupt at the end
- * checks it. Erases happen only while idle, so the main loop polls their status. */
+ * page is being programmed, DMA reads the status for 0.2 ms at a time; an interrupt at its end
+ * checks the last status. Sectors are erased only while the board is idle, so the main loop polls
+ * the status of an erase. */
 #include "firmware/f407/drivers.h"
 #include "firmware/board.h"
 
 #define RX_STREAM    3u
 #define TX_STREAM    4u
-#define BYTE_POLLS   200u     /* a byte takes 64 cycles */
-#define STATUS_BYTES 512u     /* status bytes that one DMA transfer reads, in 195 us */
+#define BYTE_POLLS   200u     /* limit for a byte, which takes 64 cycles */
+#define STATUS_BYTES 512u     /* number of status bytes that one DMA transfer reads, in 195 us */
 #define TICKS_PER_MS 84000u   /* TIM2 */
-#define TRANSFER_MS  5u       /* 260 bytes last 0.1 ms */
+#define TRANSFER_MS  5u       /* limit for a transfer: 260 bytes last 0.1 ms */
 #define PROGRAM_MS   45u      /* data sheet: 3 ms at most; a failing page takes longer */
 #define ERASE_MS     6000u    /* data sheet: 400 ms at most; a failing sector takes longer */
-#define POLLS_MAX    8000000u /* limit of any operation if TIM2 has stopped */
+#define POLLS_MAX    8000000u /* limit for any operation, in case TIM2 has stopped */
 
-/* Data sheet 9.6. Before and after an erase, a program or a status command the chip must be
- * deselected for tSHSL2, or two commands become one. SLEW_NS is the rise time of the line (pins.c).
- * After 0xab the chip needs tRES1 to wake, after a reset tRST. */
+/* Data sheet 9.6. Times from data sheet 9.6. Before and after an erase, a program or a status
+ * command, the chip must be deselected for tSHSL2; otherwise it takes two commands for one. SLEW_NS
+ * is the rise time of the line (pins.c). The chip needs tRES1 after the command 0xab (release from
+ * power-down) and tRST after a reset. */
 #define DESELECT_NS      50u
 #define SLEW_NS          10u
 #define WAKE_NS          3000u
 #define RESET_NS         30000u
-/* 168 MHz, if the internal oscillator is 4.5 % fast (STM32F407 data sheet, ACC_HSI) */
+/* 168 MHz if the internal oscillator is 4.5 % too fast (STM32F407 data sheet, ACC_HSI) */
 #define CORE_MAX_MHZ     176u
 #define CYCLES_OF_NS(ns) (((ns)*CORE_MAX_MHZ + 999u) / 1000u)
 
@@ -60,17 +62,17 @@ static uint32_t begun_tick, polls;
 static volatile uint8_t dma_sink DMA_BUFFER;
 static const uint8_t filler = 0xff;
 
-/* Waits at least this many core cycles at any clock rate: a round has two instructions of at least
- * one cycle. */
+/* Waits at least this many core cycles at any clock rate; one round of the loop has two
+ * instructions of at least one cycle. */
 static void wait_cycles(uint32_t cycles)
 {
     uint32_t rounds = (cycles + 1u) / 2u;
     __asm volatile("dsb\n1:\tsubs %0, #1\n\tbne 1b" : "+l"(rounds) : : "cc", "memory");
 }
 
-/* The only function that moves the select line, so the line is high for tSHSL2 before each command.
- * The first clock follows after half a period of SCK or more, 24 ns (tSLCH needs 5 ns). BSY clears
- * tCHSH (3 ns) or more after the last clock. */
+/* Sets the select line. No other function does, so that the line is high for tSHSL2 before each
+ * command. The first clock follows after half a period of SCK or more, 24 ns (tSLCH needs 5 ns).
+ * BSY is cleared at least tCHSH (3 ns) after the last clock. */
 static __attribute__((noinline)) void set_select(bool on)
 {
     if (on)
@@ -132,7 +134,8 @@ static void begin_phase(enum phase next)
     phase = next;
 }
 
-/* `in` NULL: received bytes are dropped; `out` NULL: fillers are sent. */
+/* Begins a DMA transfer. `in` NULL: received bytes are dropped; `out` NULL: filler bytes are
+ * sent. */
 static void begin_dma(uint8_t *in, const uint8_t *out, uint32_t count)
 {
     struct dma_stream_regs *rx = &DMA1->stream[RX_STREAM], *tx = &DMA1->stream[TX_STREAM];
@@ -170,7 +173,7 @@ void dma1_stream3_irq(void)
     DMA1->IFCR[0] = DMA_FLAGS_ALL << dma_flag_shift(RX_STREAM);
     SPI2->CR2 = 0;
     if (flags & DMA_FLAG_TEIF) {
-        /* the bus refused a store: an error of this driver, not of the chip */
+        /* a bus error of the stream is an error of this driver, not of the chip */
         set_select(false);
         phase = PHASE_ABSENT;
     } else if (phase == PHASE_READING) {
@@ -229,8 +232,8 @@ enum nor_status nor_identify(void)
     return is_expected_chip() ? NOR_IDLE : NOR_MISSING;
 }
 
-/* Detects the chip. It may still be busy with an operation from before a reset. An absent chip
- * reads as ones. */
+/* Detects the chip. It may still be busy with an operation from before a reset. If there is no
+ * chip, all bits read as ones. */
 static void detect_chip(void)
 {
     uint8_t status = read_status();
@@ -276,9 +279,9 @@ enum nor_status nor_poll(void)
     switch (phase) {
     case PHASE_ABSENT: return NOR_MISSING;
     case PHASE_STUCK: return NOR_STUCK;
-    case PHASE_STARTING: detect_chip(); return NOR_BUSY; /* the next poll reports what it found */
+    case PHASE_STARTING: detect_chip(); return NOR_BUSY; /* the next poll reports the result */
     case PHASE_IDLE:
-        memory_fence(); /* from here on the caller sees the data that DMA has stored */
+        memory_fence(); /* make the data that DMA has stored visible to the caller */
         return has_failed ? NOR_FAILED : NOR_IDLE;
     case PHASE_ERASING:
         if (!(read_status() & STATUS_BUSY))

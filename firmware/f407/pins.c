@@ -24,8 +24,8 @@ static void set_mode(struct pin_place at, enum mode mode)
     at.port->MODER = (at.port->MODER & ~(3u << (2 * at.pin))) | (uint32_t)mode << (2 * at.pin);
 }
 
-/* 6 ns of slew into 40 pF; up to 100 ns at speed 0. STM32F407 data sheet, I/O AC
- * characteristics. */
+/* Makes the pin fast: 6 ns of slew with 40 pF instead of up to 100 ns at speed 0 (STM32F407 data
+ * sheet, I/O AC characteristics). */
 static void set_fast(struct pin_place at)
 {
     at.port->OSPEEDR |= 2u << (2 * at.pin);

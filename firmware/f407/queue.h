@@ -1,8 +1,8 @@
-/* Fill level of a ring buffer between an interrupt and the main loop: only one side puts entries,
- * and only the other side takes them. `put` and `taken` count all entries since the start; an entry
- * is at its count modulo the size, which is a power of two. The fences prevent the loads and stores
- * of an entry from moving across the update of the count that hands the entry over. A compiler
- * fence is sufficient, because both sides run on one core. */
+/* Fill level of a ring buffer between an interrupt and the main loop: only one of them adds
+ * entries, and only the other one removes them. `put` and `taken` count all entries since the
+ * start; an entry is at its count modulo the size, which is a power of two. The fences prevent the
+ * loads and stores of an entry from moving across the update of the count that hands the entry
+ * over. A compiler fence is sufficient, because both sides run on one core. */
 #ifndef MATRIG_FIRMWARE_F407_QUEUE_H
 #define MATRIG_FIRMWARE_F407_QUEUE_H
 

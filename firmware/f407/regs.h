@@ -25,7 +25,7 @@ struct rcc_regs {
 #define RCC_CR_PLLRDY        (1u << 25)
 #define RCC_CIR_CSSF         (1u << 7)
 #define RCC_PLLCFGR_SRC_HSE  (1u << 22)
-#define RCC_PLLCFGR_RESERVED (2u << 28) /* reset value, must be kept */
+#define RCC_PLLCFGR_RESERVED (2u << 28) /* reserved bits, which must keep their reset value */
 #define RCC_CFGR_SW_MASK     3u
 #define RCC_CFGR_SW_PLL      2u
 #define RCC_CFGR_SWS_MASK    (3u << 2)
@@ -256,7 +256,7 @@ struct iwdg_regs {
 };
 #define IWDG ((struct iwdg_regs *)0x40003000u)
 
-/* RM0090 39.1 */
+/* unique identifier (RM0090 39.1) */
 #define UID ((const volatile uint32_t *)0x1fff7a10u)
 
 /* RM0090 38.6.1: device and revision */
@@ -307,8 +307,8 @@ enum irq_number {
 };
 
 /* Priorities, 0 (most urgent) to 15. A scan block must be checked within 36 us (scan.c) and summed
- * before its half of the buffer is overwritten (1 ms). A CAN mailbox stays idle until its interrupt
- * fills it with the next frame. */
+ * before its half of the buffer is overwritten (1 ms). The CAN interrupt fills a mailbox with the
+ * next frame; until then the mailbox is idle. */
 enum irq_priority {
     PRIORITY_SCAN = 2,
     PRIORITY_CAN = 4,
@@ -335,8 +335,8 @@ static inline void irq_restore(uint32_t primask)
     __asm volatile("msr primask, %0" ::"r"(primask) : "memory");
 }
 
-/* Must end each interrupt handler: a flag that was just cleared must be clear at the peripheral, or
- * the interrupt occurs again. */
+/* Call at the end of each interrupt handler. It waits until the peripheral has received the
+ * clearing of its flag; otherwise the interrupt would occur again. */
 static inline void irq_end(void)
 {
     __asm volatile("dsb" ::: "memory");

@@ -26,14 +26,14 @@
 #define TRIGGER_TICK     2352u
 #define REVERSE_TICK     2u
 #define CONVERSION_TICKS 496u /* 124 cycles at 21 MHz */
-/* scans in the circular buffer: one block is filled while the other is summed */
+/* number of scans in the circular buffer: one block is filled while the other is summed */
 #define BUFFER_SCANS     (2 * MR_SCANS_PER_BLOCK)
 #define ADC1_STREAM      4u
 #define ADC3_STREAM      1u
 #define BLOCK_QUEUE      16u
 
-/* Rows have one code per input in the sequence. Aligned to words, because two codes are added and
- * compared at a time. */
+/* One row per scan, with one code per input in the sequence. Aligned to words, because two codes
+ * are added and compared at a time. */
 static _Alignas(4) uint16_t adc1_code[BUFFER_SCANS * MR_ADC1_CHANNELS] DMA_BUFFER;
 static _Alignas(4) uint16_t adc3_code[BUFFER_SCANS * MR_TRANSDUCERS] DMA_BUFFER;
 
@@ -48,8 +48,8 @@ static uint32_t next_index, first_index;
 /* Ticks from a block's first trigger to the start of its last conversion. */
 static uint32_t last_conversion_ticks;
 
-/* Position of the other converter's stream at the end of the last block. A stopped stream is at the
- * expected half in every second block, so a position that has not changed is an error. */
+/* Position of the other converter's stream at the end of the last block. A stream that has stopped
+ * is at the expected half in every second block, so an unchanged position is an error. */
 #define POSITION_UNKNOWN UINT32_MAX
 static uint32_t other_position = POSITION_UNKNOWN;
 static bool is_other_stopped;
@@ -106,7 +106,7 @@ static void start_converter(struct adc_regs *adc, const uint8_t *channel, unsign
 
 static void start_conversions(void)
 {
-    /* a scan in progress would store its remaining codes in the new streams */
+    /* stop the converters: a scan in progress would store its remaining codes in the new streams */
     ADC1->CR2 = 0;
     ADC3->CR2 = 0;
     const uint32_t tell = DMA_CR_HTIE | DMA_CR_TCIE | DMA_CR_TEIE;
@@ -143,7 +143,7 @@ static void start_timers(void)
     TIM4->CCR[1] = REVERSE_TICK;
     TIM4->CCR[3] = TRIGGER_TICK;
     TIM4->EGR = TIM_EGR_UG;
-    /* set the levels to backward: the first reversal makes scan 0 forward */
+    /* set the outputs to backward, so that the first reversal makes scan 0 forward */
     TIM4->CCMR1 = TIM_OCM_FORCE_LOW << 4 | TIM_OCM_FORCE_HIGH << 12;
     TIM4->CCMR2 = TIM_OCM_PWM2 << 12;
     TIM4->CCER = 1u << 0 | 1u << 4 | 1u << 12;
@@ -154,8 +154,9 @@ static void start_timers(void)
     are_timers_running = true;
 }
 
-/* Compares the pins with the scan in progress. This runs after the last scan of a block: forward if
- * the reversal has happened, still backward in the last 2.5 us before it. */
+/* Checks that the excitation pins match the scan in progress. This is called after the last scan of
+ * a block: the excitation must be forward if the reversal has occurred, and backward in the last
+ * 2.5 us before it. */
 static void check_polarity(void)
 {
     uint32_t before = TIM4->CNT;
@@ -164,13 +165,13 @@ static void check_polarity(void)
     uint32_t after = TIM4->CNT;
     bool reversed_since = before < TRIGGER_TICK;
     if (after < before || before <= REVERSE_TICK)
-        return; /* the excitation reversed between the readings */
+        return; /* the excitation was reversed between the two readings */
     if (pins != (reversed_since ? 1u : 2u))
         health_count(MR_FAULT_POLARITY, (uint8_t)pins);
 }
 
-/* Blocks that have ended since the last one handled. A block counts as ended from the start of its
- * last conversion, because the interrupt flag may already be set then. */
+/* Returns the number of blocks that have ended since the last one handled. A block counts as ended
+ * from the start of its last conversion, because the interrupt flag may already be set then. */
 static uint32_t count_ended_blocks(void)
 {
     int32_t since =
@@ -179,9 +180,10 @@ static uint32_t count_ended_blocks(void)
 }
 
 /* Handles the interrupt of a full buffer half and builds the block. The other converter has the
- * same trigger and has finished: its stream must be at the same half, otherwise it lost a scan. It
- * stays there for at least 36 us, until the first code of the next scan. If it has not moved for a
- * block, all blocks are refused until supervision restarts the scans. */
+ * same trigger and has finished too: if its stream is not at the same half of its buffer, it has
+ * lost a scan. (The stream stays there for at least 36 us, until the first code of the next scan.)
+ * If the stream has not moved for a block, all blocks are refused until supervision restarts the
+ * scans. */
 static void end_block(unsigned stream, unsigned other, unsigned other_count)
 {
     uint32_t flags = DMA2->ISR[stream / 4] >> dma_flag_shift(stream) & DMA_FLAGS_ALL;
@@ -193,7 +195,7 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
 
     uint32_t ended = count_ended_blocks();
     if (ended == 0)
-        return; /* the block was already counted as missing */
+        return; /* ignore this block, which was already counted as missing */
     next_index += ended;
     uint32_t index = next_index - 1u;
     unsigned half = (index - first_index) % 2u ? MR_SCANS_PER_BLOCK : 0;
@@ -245,7 +247,8 @@ void dma2_stream4_irq(void)
 void adc_irq(void);
 void adc_irq(void)
 {
-    /* Leave OVR set and disable its interrupt: supervision restarts the scans when blocks stop. */
+    /* Leave OVR set and disable its interrupt; supervision restarts the scans when there are no
+     * more blocks. */
     health_count(MR_FAULT_SCAN_OVERRUN, ADC1->SR & ADC_SR_OVR ? 1 : 3);
     ADC1->CR1 &= ~ADC_CR1_OVRIE;
     ADC3->CR1 &= ~ADC_CR1_OVRIE;
@@ -274,17 +277,18 @@ bool board_block_get(struct mr_block *block)
 #define TRIGGER_LOW_FROM (MR_SCANS_PER_BLOCK * SCAN_TICKS - TRIGGER_TICK)
 #define BEGIN_TICKS      1000u
 
-/* Restarts between the last trigger of a block and the first of the next, so blocks keep their
- * position on TIM2. TIM4's channel 4 must be low again: otherwise arming could count as an edge and
- * shift the polarity by a scan. The start takes 3 us, then the converters settle for 3 us (data
- * sheet, tSTAB). The wait is one block at most; the 200000 polls bound it if TIM2 has stopped. */
+/* Restarts the scans between the last trigger of a block and the first trigger of the next, so that
+ * blocks keep their position on TIM2. The output of TIM4's channel 4 must be low again; otherwise
+ * enabling the trigger could count as an edge and shift the polarity by a scan. The start takes 3
+ * us, then the converters settle for 3 us (data sheet, tSTAB). The wait is at most one block; it is
+ * limited to 200000 polls in case TIM2 has stopped. */
 static void restart_scans(const struct mr_scan *with)
 {
     for (unsigned polls = 0; polls < 200000; polls++) {
         uint32_t mask = irq_mask();
-        /* Time since the first trigger of the block before the next one. Not since the very first
-         * trigger: TIM2 wraps after 51 s, which is no whole number of blocks. A restart is tried
-         * every second, so this difference has not wrapped. */
+        /* Time since the first trigger of the block before the next one. The time since the first
+         * of all triggers cannot be used, because TIM2 wraps after 51 s, which is not a whole
+         * number of blocks. A restart is tried every second, so this difference has not wrapped. */
         uint32_t since = TIM2->CNT - mr_boardtime_tick(TRIGGER_TICK, next_index) +
                          MR_TICKS_PER_BLOCK;
         uint32_t in_block = since % MR_TICKS_PER_BLOCK;

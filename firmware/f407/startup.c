@@ -1,5 +1,6 @@
 /* Vector table and reset. The floating-point unit is enabled before any code that could use it. The
- * boot ROM's Go or a debugger may have started the program and left the core in any state. */
+ * Go command of the boot ROM or a debugger may have started the program and left the core in any
+ * state. */
 #include <stdint.h>
 
 #include "firmware/f407/regs.h"
@@ -23,8 +24,8 @@ void dma2_stream7_irq(void);
 typedef void (*handler)(void);
 #define VECTORS (16u + 82u)
 
-/* Unexpected interrupts are faults too: all entries default to the fault handler, and those with a
- * handler replace it. */
+/* Unexpected interrupts are faults too: every entry is the fault handler by default, and later
+ * initialisers replace it for interrupts with a handler. */
 #pragma GCC diagnostic ignored "-Woverride-init"
 __attribute__((section(".vectors"), used)) static const struct {
     uint32_t *stack;
@@ -70,7 +71,8 @@ __attribute__((used)) void start_program(void)
         NVIC_ICPR[n] = 0xffffffffu;
     }
     enter_rom_if_requested();
-    /* after a start by the boot ROM, address 0 holds the ROM's vectors */
+    /* set the vector table, because after a start by the boot ROM address 0 holds the ROM's
+     * vectors */
     SCB_VTOR = (uint32_t)(uintptr_t)&vectors;
     SCB_CPACR |= 0xfu << 20; /* full access to CP10 and CP11; PM0214 4.6.6 */
     __asm volatile("dsb\n\tisb" ::: "memory");

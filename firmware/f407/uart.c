@@ -17,7 +17,7 @@
 
 static uint8_t tx_ring[TX_RING_BYTES] DMA_BUFFER, rx_ring[RX_RING_BYTES] DMA_BUFFER;
 static struct queue tx_queue;
-static volatile uint32_t tx_dma_bytes; /* bytes the DMA is sending */
+static volatile uint32_t tx_dma_bytes; /* number of bytes that DMA is sending */
 static uint32_t rx_read_count;
 
 void uart_start(void)

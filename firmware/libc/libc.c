@@ -1,10 +1,11 @@
-/* C library functions of the image; the compiler calls the first four by itself. A compiler flag in
- * module.mk keeps gcc from replacing a loop here with a call of the function itself. */
+/* C library functions of the image; the compiler inserts calls of the first four by itself. A
+ * compiler flag in module.mk keeps gcc from replacing a loop here with a call of the function
+ * itself. */
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
-/* A word at any address: the core supports unaligned access. */
+/* A word at any address; the core supports unaligned access. */
 struct word {
     uint32_t value;
 } __attribute__((packed, may_alias));
@@ -29,7 +30,7 @@ void *memmove(void *to, const void *from, size_t length)
     uint8_t *out = to;
     const uint8_t *in = from;
     if ((uintptr_t)out - (uintptr_t)in >=
-        length) { /* upward: each byte is read before it is overwritten */
+        length) { /* copy upwards: each byte is read before it is overwritten */
         while (length--)
             *out++ = *in++;
         return to;
@@ -94,7 +95,7 @@ double sqrt(double x)
     } v = {x};
     uint64_t left = v.bits, root = 0, sum = 0;
     if (left << 1 == 0 || left == INFINITE_EXPONENT)
-        return x; /* 0 of either sign, infinity */
+        return x; /* 0 of either sign, or infinity */
     if (left >= INFINITE_EXPONENT)
         return x != x ? x : (double)NAN; /* NaN, or a negative number */
     int exponent = (int)(left >> FRACTION_BITS) - BIAS;
@@ -117,7 +118,7 @@ double sqrt(double x)
             root += bit;
         }
     }
-    /* never a tie: the square of a 54-bit root would have 107 bits */
+    /* there is no tie: the square of a 54-bit root would have 107 bits */
     root += left ? root & 1u : 0u;
     v.bits = (root >> 1) + ((uint64_t)(exponent / 2 + BIAS - 1) << FRACTION_BITS);
     return v.number;

@@ -9,7 +9,7 @@
 #include "common/image.h"
 #include "common/crc32.h"
 
-/* Most of the file is debug information. */
+/* largest accepted file; most of it is debug information */
 #define FILE_MAX (32u << 20)
 
 static uint8_t file[FILE_MAX];
@@ -21,8 +21,8 @@ static int fail(const char *what, const char *where)
     return 1;
 }
 
-/* The `length` bytes of the file that are loaded at `address`; NULL if no segment contains them
- * all. */
+/* Returns the `length` bytes of the file that are loaded at `address`; NULL if no segment contains
+ * them all. */
 static uint8_t *find_segment_bytes(uint32_t address, size_t length)
 {
     Elf32_Ehdr head;
