@@ -364,8 +364,8 @@ static float get_model_displacement_in(const struct mr_predictor *p, unsigned i,
 }
 
 /* Sets the range of joints and of wheel positions for the search. The last position is the stop at
- * the present deceleration. Before the deceleration is known, it is the stop at half of the assumed
- * deceleration, beyond which the wheel hardly ever rolls. */
+ * the present deceleration. Before the deceleration is known, it is the stop at twice the assumed
+ * deceleration, which the wheel nearly always reaches. */
 static void begin_scan(struct mr_predictor *p)
 {
     const struct mr_chain *chain = &p->chain;

@@ -5,14 +5,14 @@
  *          -> done (mat at rest) -> idle (command)
  *
  * The gear counts as at rest half a second after the estimated stop, or three seconds after the
- * last gate; a gate during settling returns the state to landing. Settling lasts two seconds: the
- * mat practically ceases to move as the gear passes (report 2.7.2). A landing lasts at most
- * LANDING_MAX_BLOCKS plus settling. A push-back of the model, at any time, is counted and
- * reported but changes no state (common/passage.h).
+ * last gate; a gate during settling returns the state to landing. Settling lasts two seconds; a mat
+ * practically stops moving when the gear has passed it (report 2.7.2). A landing lasts at most
+ * LANDING_MAX_BLOCKS plus settling. A push-back of the model, at any time, is counted and reported
+ * but changes no state (common/passage.h).
  *
  * Edges are reported while armed, landing or settling, at most LANDING_EDGES_MAX between two pauses
- * of 30 s, so that a chattering contact does not flood the links. In live mode they are reported
- * too, with pauses of one second.
+ * of 30 s, so that a chattering contact does not flood the links. In live mode they are also
+ * reported while idle; a pause of one second is then enough.
  *
  * Pure: the state is a function of configuration, blocks and edges. The board runs this code, and
  * the host reruns it over a record. */
@@ -29,8 +29,8 @@
 #include "common/switches.h"
 
 /* An edge within the first 0.9 ms of a block belongs to that block, a later edge to the next block.
- * A block is processed 0.97 ms after its first trigger; all edges of its first 0.9 ms are stored by
- * then at any processor load. */
+ * A block is processed 0.97 ms after its first trigger; by then, all edges of its first 0.9 ms are
+ * stored even at full processor load. */
 #define LANDING_BLOCK_EDGE_TICKS  75600u
 #define LANDING_EDGES_MAX         96u
 /* maximum number of switch events reported per block; the links can queue this many */
@@ -40,7 +40,8 @@
 #define LANDING_LIVE_PAUSE_BLOCKS 1000u
 /* number of blocks from the predicted stop until the gear counts as at rest */
 #define LANDING_REST_BLOCKS       500u
-/* blocks between two steps of the final fit, in which the board processes queued blocks */
+/* number of blocks between two steps of the final fit; in this time the board processes waiting
+ * blocks */
 #define LANDING_FIT_BLOCKS        2u
 /* without an edge for this time, the gear counts as at rest */
 #define LANDING_NO_EDGE_BLOCKS    3000u
@@ -51,7 +52,8 @@ struct landing_block_changes {
     bool has_new_summary;
     bool has_new_motion;
     bool has_new_pushback;
-    /* reason why a finished landing has no summary; MR_OK: it has one, or none has finished */
+    /* reason why a finished landing has no summary; MR_OK: it has one, or no landing has
+     * finished */
     enum mr_status fit_status;
     unsigned edges, events; /* number of entries in landing.edge and landing.event */
 };
@@ -66,12 +68,12 @@ struct landing {
 
     struct mr_switches switches;
     struct mr_passage passage;
-    unsigned edges;               /* edges since arming, up to 255 */
-    unsigned edges_without_pause; /* edges without a pause in between */
-    /* live mode: edges are also reported while idle (firmware/landinglink.h), until arming */
+    unsigned edges;               /* number of edges since arming, up to 255 */
+    unsigned edges_without_pause; /* number of edges since the last pause */
+    /* live mode: until arming, edges are also reported while idle (firmware/landinglink.h) */
     bool is_live;
     uint32_t edge_block; /* block of the last edge */
-    uint32_t opened;     /* switches opened by gates: bit p-1 */
+    uint32_t opened;     /* bit p-1: switch p was opened by a gate of the landing */
 
     struct mr_edge edge[MR_SWITCHES_WAITING_MAX]; /* edges to be reported with this block */
     struct mr_switch_event event[LANDING_EVENTS_MAX];
@@ -79,7 +81,8 @@ struct landing {
 
     bool is_braked;      /* the brake was applied in this landing */
     uint32_t brake_tick; /* tick of the edge of the brake */
-    /* gates of the passage up to touchdown or, after an edge of the brake, up to that edge */
+    /* number of gates passed before braking: before touchdown or, once the brake's edge is known,
+     * before that edge */
     unsigned gates_before_braking;
     struct mr_motion_estimate motion; /* motion at the last gate */
     bool is_motion_known;
@@ -90,7 +93,8 @@ struct landing {
 };
 
 void landing_start(struct landing *landing);
-/* Arms a landing. MR_OK, or MR_NOT_NOW. `number` 0: the last number plus one. */
+/* Arms a landing. `number` 0: the last number plus one. MR_NOT_NOW: a landing is armed or in
+ * progress. */
 enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t block);
 /* Call after the configuration has changed, in state idle or done: discards everything in progress
  * under the old configuration. */
@@ -105,13 +109,14 @@ struct landing_block_changes landing_on_block(struct landing *landing,
                                               uint32_t tick, float staircase_code,
                                               const uint32_t *edge_ticks, unsigned edge_count);
 
-/* Call with each edge of the brake. After the first one in a landing, motion is estimated from
- * gates beyond it. */
+/* Call with each edge of the brake. After the first such edge in a landing, the motion is estimated
+ * only from gates passed later. */
 void landing_set_brake(struct landing *landing, uint32_t tick);
 
 /* True in the states whose data are recorded: armed, landing, settling. */
 bool landing_is_recording(const struct landing *landing);
-/* True while armed with no gear rolling or pushed; the mat is then at rest and gives the zero. */
+/* True while armed and neither a gear nor a pushed model is moving; the mat is then at rest, and
+ * its zero can be measured. */
 bool landing_is_quiet(const struct landing *landing, uint32_t block);
 /* True if the mat's movement may be caused by a landing gear rather than by a model being pushed
  * back. */

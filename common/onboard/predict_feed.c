@@ -4,8 +4,8 @@
 
 #define S_PER_TICK    (1.0f / 84e6f)
 #define NEVER_S       1e9f
-/* when this many gates were passed while braking, the deceleration no longer includes the time
- * before braking */
+/* after this many gates passed while braking, the estimated deceleration no longer includes the
+ * time before braking */
 #define BRAKING_GATES 3u
 
 /* Copies the landing's motion estimate in single precision, at each new gate. */

@@ -1,5 +1,5 @@
 /* Input and messages of the predictor for each block. The host also runs this code, to check that a
- * board's messages follow from its record (tests/again).  The functions have no side effects. */
+ * board's messages follow from its record (tests/again). The functions have no side effects. */
 #ifndef MATRIG_COMMON_ONBOARD_PREDICT_FEED_H
 #define MATRIG_COMMON_ONBOARD_PREDICT_FEED_H
 
@@ -10,13 +10,14 @@
 
 #define PREDICT_LAMP_BLOCKS    10u /* interval between updates of the lamp */
 #define PREDICT_REPORT_BLOCKS  50u /* interval between reports, 20 Hz */
-/* maximum number of waiting blocks; the board's queue holds 16, and the final fit delays up to 7 */
+/* maximum number of waiting blocks: the board's queue holds 16, and the final fit delays up to 7 */
 #define PREDICT_BACKLOG_BLOCKS 8u
 
 /* Motion of the gear at the last gate, in single precision; it is extrapolated from block to block
  * without double arithmetic. */
 struct predict_motion {
-    unsigned gate_count;       /* number of gates in the passage when the motion was computed */
+    /* number of gates of the passage when the motion was last computed */
+    unsigned gate_count;
     bool is_rolling, is_known; /* is_rolling: a wheel is present; is_known: its speed is known */
     uint32_t tick;             /* tick of the gate */
     float station_ft, speed_ft_s, deceleration_ft_s2;
@@ -27,13 +28,14 @@ struct predict_motion {
 /* Input from one block. */
 struct predict_block {
     uint32_t index, tick;
-    const float *displacement_in; /* readings of this block, MR_TRANSDUCERS; NaN: none */
-    const float *baseline_in;     /* zero of each transducer; NaN: not known yet */
-    unsigned blocks_waiting;      /* number of blocks that wait after this one */
+    /* displacement of each transducer in this block, MR_TRANSDUCERS values; NaN: none */
+    const float *displacement_in;
+    const float *baseline_in; /* zero of each transducer; NaN: not known yet */
+    unsigned blocks_waiting;  /* number of blocks that are waiting after this one */
 };
 
-/* Bit mask of transducers that have moved before any switch opened since arming: their zero is kept
- * although no gear has been detected. */
+/* Bit mask of transducers that moved after arming and before any switch opened. They keep their
+ * zero although no gear was detected. */
 uint32_t predict_find_kept_zeros(const struct mr_predictor *predictor,
                                  const struct landing *landing);
 
@@ -65,9 +67,10 @@ void predict_fill_risk_report(const struct mr_risk_report *risk, uint32_t index,
 
 /* ---- baseline ---- */
 
-/* The zero of a landing's movement is the mean of a full group of blocks while armed with nothing
- * rolling; the last group before the first edge is used. If no switch works there is no first edge,
- * and transducers that have moved keep their zero (predict_find_kept_zeros). Pure. */
+/* The zero of a landing's movements is the mean of BASELINE_BLOCKS consecutive blocks while the
+ * board is armed and nothing rolls: the last complete group before the first edge. If no switch
+ * works, there is no first edge; transducers that have moved then keep their zero
+ * (predict_find_kept_zeros). Pure. */
 
 #define BASELINE_BLOCKS 256u
 
@@ -79,8 +82,8 @@ struct baseline {
 };
 
 void baseline_discard(struct baseline *baseline);
-/* Adds the readings of a block; NaN: missing. If `quiet` is false, something may be moving the mat
- * and the current group is discarded. Transducers in the bit mask `held` keep their zero. */
+/* Adds the readings of a block; NaN: missing. If `quiet` is false, the mat may be moving, and the
+ * current group is discarded. Transducers in the bit mask `held` keep their zero. */
 void baseline_update(struct baseline *baseline, const float *displacement_in, bool quiet,
                      uint32_t held);
 

@@ -31,8 +31,8 @@
 /* End of the stability region of the classical method on the negative real axis. */
 #define RK4_STABILITY           2.785
 #define FIXED_STEP_RUNS         24 /* number of fixed steps below the stability limit */
-/* The first runs, in number, have steps a fifth of an octave apart, to show which runs are accurate
- * by chance. The others are half an octave apart. */
+/* Number of first runs, whose steps are a fifth of an octave apart, to show which runs are accurate
+ * by chance. The steps of the others are half an octave apart. */
 #define CLOSE_STEP_RUNS         15
 #define FIRST_STEP_FRACTION     0.97 /* first step / stability limit */
 #define MIN_STEPS               20.0
