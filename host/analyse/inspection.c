@@ -54,10 +54,15 @@ enum mr_status inspection_kind_find(const char *name, const struct inspection_ki
                        error);
 }
 
-const char *inspection_place_name(const struct inspection_kind *kind)
+const struct inspection_field *inspection_place(const struct inspection_kind *kind)
 {
-    static const char *const names[] = {"", "run", "mat", "joint", "station_ft"};
-    return names[kind->place];
+    static const struct inspection_field places[] = {
+        {.name = "", .words = "no place"},
+        {.name = "run", .words = "RUN"},
+        {"mat", "the number of the mat", .whole = true, .low = 1.0, .high = RIG_MATS},
+        {"joint", "the number of the joint", .whole = true, .low = 1.0, .high = RIG_MATS},
+        {"station_ft", "the station in ft", .high = RIG_RUNWAY_FT}};
+    return &places[kind->place];
 }
 
 bool inspection_is_single(const struct inspection_kind *kind)
@@ -87,14 +92,6 @@ const char *inspection_unit(const struct inspection_field *field, bool si)
 }
 
 /* ---- values ---- */
-
-static void set_value(json_t *values, const struct inspection_field *field, const char *what,
-                      json_t *value)
-{
-    char key[80];
-    snprintf(key, sizeof key, "%s%s", field->name, what);
-    json_object_set_new(values, key, value);
-}
 
 struct estimate inspection_number(const json_t *values, const char *name)
 {
@@ -147,13 +144,12 @@ static enum mr_status read_quantity(const struct inspection_field *field, const 
     return MR_OK;
 }
 
-/* "12.3+-0.4 lb/in": a unit after one number applies to both. */
-static enum mr_status read_estimate(const struct inspection_field *field, const char *text,
-                                    struct estimate *number, struct error *error)
+/* A unit after one number applies to both. */
+enum mr_status inspection_read_number(const struct inspection_field *field, const char *text,
+                                      struct estimate *number, struct error *error)
 {
     char part[2][120];
-    const char *unit[2];
-    const char *sign = strstr(text, "+-") ?: strstr(text, "\xc2\xb1");
+    const char *unit[2], *sign = strstr(text, "+-") ?: strstr(text, "\xc2\xb1");
     snprintf(part[0], 60, "%.*s", sign ? (int)(sign - text) : 59, text);
     snprintf(part[1], 60, "%s", sign ? sign + 2 : "0");
     for (int i = 0; i < 2; i++) {
@@ -177,73 +173,66 @@ static enum mr_status read_estimate(const struct inspection_field *field, const 
     return MR_OK;
 }
 
-static enum mr_status read_marks(const char *name, const char *text, struct estimate *height,
-                                 struct error *error)
+static void set_number(const struct inspection_field *field, struct estimate number, json_t *values)
+{
+    char key[80];
+    snprintf(key, sizeof key, "%s_error", field->name);
+    json_object_set_new(values, field->name, json_real(number.value));
+    json_object_set_new(values, key, number.error > 0.0 ? json_real(number.error) : json_null());
+}
+
+/* `field`: of the height. */
+static enum mr_status read_marks(const struct inspection_field *field, const char *text,
+                                 json_t *values, struct error *error)
 {
     static const struct inspection_field distance_ft = {"distance_ft", .low = 1e-3, .high = 1e3};
     struct rig_marks m = {.error = 1.0};
-    struct estimate distance;
+    struct estimate distance, height;
     char length[60];
     int end = 0;
     if (sscanf(text, "%59[^:]: %lf,%lf %lf,%lf %lf,%lf %n%lf %n", length, &m.x[0], &m.y[0], &m.x[1],
                &m.y[1], &m.x[2], &m.y[2], &end, &m.error, &end) < 7 ||
         text[end])
         return error_set(error, MR_USAGE,
-                         "not marks: '%s' for %s; give DISTANCE: X,Y X,Y X,Y [ERROR]", text, name);
-    return read_estimate(&distance_ft, length, &distance, error)
-             ?: rig_measure_height(&m, distance, height, error);
-}
-
-static enum mr_status read_number(const struct inspection_field *field, const char *text,
-                                  json_t *values, struct error *error)
-{
-    struct estimate number;
-    const bool marks = field->marked && strchr(text, ':');
-    enum mr_status status = marks ? read_marks(field->name, text, &number, error)
-                                  : read_estimate(field, text, &number, error);
-    if (status != MR_OK)
-        return status;
-    set_value(values, field, "", json_real(number.value));
-    if (number.error > 0.0)
-        set_value(values, field, "_error", json_real(number.error));
-    if (marks)
-        set_value(values, field, "_marks", json_string(text));
-    return MR_OK;
-}
-
-static const char *const parts[] = {"", "_error", "_sha256", "_marks"}; /* keys of a field */
-
-static enum mr_status read_choice(const struct inspection_field *field, const char *text,
-                                  json_t *values, struct error *error)
-{
-    char advice[240];
-    struct spell_suggest near;
-    if (!spell_suggest_choice(&near, text, field->choices)) {
-        snprintf(advice, sizeof advice, "give one of %s", field->choices);
-        return refuse_name(&near, "not a choice", field->name, advice, error);
-    }
-    set_value(values, field, "", json_string(text));
+                         "not marks: '%s' for %s; give DISTANCE: X,Y X,Y X,Y [ERROR]", text,
+                         field->name);
+    if (inspection_read_number(&distance_ft, length, &distance, error) != MR_OK ||
+        rig_measure_height(&m, distance, &height, error) != MR_OK)
+        return error->status;
+    set_number(field, height, values);
+    json_object_set_new(values, field[1].name, json_string(text));
     return MR_OK;
 }
 
 static enum mr_status read_text(const struct inspection_field *field, const char *text,
                                 json_t *values, struct error *error)
 {
-    char digest[SHA256_DIGEST_STRING_LENGTH];
+    char advice[240], digest[SHA256_DIGEST_STRING_LENGTH];
+    struct spell_suggest near;
+    const char *was = json_string_value(json_object_get(values, field->name));
     bool fits = strlen(text) < INSPECTION_TEXT_SIZE - 40 && !text[strcspn(text, "\r\n")];
     json_t *value = fits ? json_string(text) : NULL;
+    const bool is_other = !was || strcmp(was, text) != 0;
     if (!value)
         return error_set(error, MR_USAGE,
                          "not a text: the value of %s; give one line of at most %d characters of "
                          "UTF-8",
                          field->name, INSPECTION_TEXT_SIZE - 41);
-    set_value(values, field, "", value);
-    if (field->type != INSPECTION_PICTURE)
-        return MR_OK;
-    if (!SHA256File(text, digest))
+    json_object_set_new(values, field->name, value);
+    if (field->choices && !spell_suggest_choice(&near, text, field->choices)) {
+        snprintf(advice, sizeof advice, "give one of %s", field->choices);
+        return refuse_name(&near, "not a choice", field->name, advice, error);
+    }
+    if (field->type == INSPECTION_DIGEST && is_other)
+        return error_set(
+            error, MR_IO,
+            "the picture has changed: %s of the file is not %.12s...; restore the file",
+            field->name, text);
+    if (field->type == INSPECTION_PICTURE && !SHA256File(text, digest))
         return error_set(error, MR_IO, "cannot read %s (given for %s); check the path", text,
                          field->name);
-    set_value(values, field, "_sha256", json_string(digest));
+    if (field->type == INSPECTION_PICTURE)
+        json_object_set_new(values, field[1].name, json_string(digest));
     return MR_OK;
 }
 
@@ -253,6 +242,7 @@ enum mr_status inspection_read(const struct inspection_kind *kind, const char *w
     char name[80];
     const char *text = strchr(word, '=');
     const struct inspection_field *field = kind->field;
+    struct estimate number = {(double)NAN, 0.0};
     struct spell_suggest near;
     snprintf(name, sizeof name, "%.*s", (int)strcspn(word, "="), word);
     spell_suggest_begin(&near, name);
@@ -261,26 +251,48 @@ enum mr_status inspection_read(const struct inspection_kind *kind, const char *w
     if (!field->name || !text)
         return refuse_name(&near, "unknown field", kind->name,
                            "matrig record --kinds lists the fields", error);
-    if (json_object_get(values, field->name))
+    const bool derived = field->type >= INSPECTION_DIGEST;
+    if (json_object_get(values, field->name) && !derived)
         return error_set(error, MR_USAGE, "two values: %s; give one", field->name);
-    for (size_t i = 0; i < COUNT(parts); i++)
-        set_value(values, field, parts[i], json_null());
+    if (!derived) {
+        set_number(field, number, values);
+        json_object_set_new(values, field->name, json_null());
+        if (field[1].type >= INSPECTION_DIGEST)
+            json_object_set_new(values, field[1].name, json_null());
+    }
     if (!*++text)
         return MR_OK;
-    return field->type == INSPECTION_NUMBER ? read_number(field, text, values, error)
-         : field->type == INSPECTION_CHOICE ? read_choice(field, text, values, error)
-                                            : read_text(field, text, values, error);
+    if (field->type == INSPECTION_MARKS || (field[1].type == INSPECTION_MARKS && strchr(text, ':')))
+        return read_marks(field->type == INSPECTION_MARKS ? field - 1 : field, text, values, error);
+    if (field->type != INSPECTION_NUMBER)
+        return read_text(field, text, values, error);
+    if (inspection_read_number(field, text, &number, error) == MR_OK)
+        set_number(field, number, values);
+    return error->status;
+}
+
+char *inspection_find_picture(const struct inspection *entry, struct error *error)
+{
+    const char *file = json_string_value(json_object_get(entry->values, "file")),
+               *was = json_string_value(json_object_get(entry->values, "file_sha256"));
+    char digest[SHA256_DIGEST_STRING_LENGTH];
+    if (file && was && SHA256File(file, digest) && strcmp(digest, was) == 0)
+        return realpath(file, NULL);
+    error_set(error, MR_IO,
+              "the picture has changed: %s is missing or not the file of record %lld; restore it",
+              file ? file : "-", (long long)entry->row.id);
+    return NULL;
 }
 
 void inspection_complete(const struct inspection *last, bool kept, json_t *values)
 {
     char key[80];
     for (const struct inspection_field *field = last->kind->field; field->name; field++) {
-        for (size_t i = 0; i < COUNT(parts) && (field->from_last || !kept); i++) {
-            snprintf(key, sizeof key, "%s%s", field->name, parts[i]);
-            if (!json_object_get(values, key))
-                json_object_set(values, key, json_object_get(last->values, key));
-        }
+        snprintf(key, sizeof key, "%s_error", field->name);
+        if (json_object_get(values, field->name) || (kept && !field->from_last))
+            continue;
+        json_object_set(values, field->name, json_object_get(last->values, field->name));
+        json_object_set(values, key, json_object_get(last->values, key));
     }
 }
 
@@ -459,7 +471,6 @@ static void format_shown(const struct inspection_field *field, const json_t *val
 {
     const bool celsius = si && is_temperature(field);
     const struct estimate n = inspection_number(values, field->name);
-    const char *digest = json_string_value(json_object_get(values, "file_sha256"));
     char value[40], error[40];
     double factor = celsius ? 1.0 / 1.8
                   : si      ? quantity_convert(1.0, quantity_unit_of_name(field->name),
@@ -470,8 +481,11 @@ static void format_shown(const struct inspection_field *field, const json_t *val
     format_number(factor * n.error, 2, error);
     if (!isnan(n.value))
         snprintf(out, INSPECTION_TEXT_SIZE, n.error > 0.0 ? "%s +- %s" : "%s", value, error);
-    else if (field->type == INSPECTION_PICTURE && digest)
-        snprintf(strchr(out, '\0'), 40, " (SHA-256 %.12s...)", digest);
+    else if (field->type == INSPECTION_PICTURE && out[0])
+        snprintf(strchr(out, '\0'), 40, " (SHA-256 %.12s...)",
+                 json_string_value(json_object_get(values, field[1].name)));
+    else if (field->type >= INSPECTION_DIGEST)
+        out[0] = '\0';
 }
 
 static void format_label(const struct inspection_field *field, bool si, char label[80])
@@ -539,7 +553,8 @@ void inspection_add_table(const struct inspections *all, const struct inspection
         rows[count++] = entry;
         verdicts[inspection_judge(entry)] += !entry->replaced_by;
         for (size_t f = 0; kind->field[f].name; f++)
-            used[f] |= json_object_get(entry->values, kind->field[f].name) != NULL;
+            used[f] |= json_object_get(entry->values, kind->field[f].name) != NULL &&
+                       kind->field[f].type < INSPECTION_DIGEST;
     }
     qsort(rows, count, sizeof(struct inspection *), compare_rows);
     const bool judged = verdicts[INSPECTION_PASS] + verdicts[INSPECTION_MARGINAL] +
@@ -551,7 +566,7 @@ void inspection_add_table(const struct inspections *all, const struct inspection
         answer_count(answer, NULL, "record", rows[i]->row.id);
         if (!run)
             add_place(rows[i], NULL,
-                      kind->place == INSPECTION_LANDING ? "RUN" : inspection_place_name(kind),
+                      kind->place == INSPECTION_LANDING ? "RUN" : inspection_place(kind)->name,
                       answer);
         if (withdrawal_reason(rows[i]))
             answer_words(answer, NULL, "withdrawn", "%s", withdrawal_reason(rows[i]));
@@ -573,10 +588,10 @@ void inspection_add_table(const struct inspections *all, const struct inspection
     free(rows);
 }
 
-/* Adds a sentence for the records from number `from` of which this field has this verdict. */
-static void add_failure(const struct inspections *all, size_t from,
-                        const struct inspection_kind *kind, const struct inspection_field *field,
-                        enum inspection_verdict verdict, struct answer *answer)
+/* Adds a sentence for the records from number `from` that do not pass the limit of this field. */
+static void add_failures(const struct inspections *all, size_t from,
+                         const struct inspection_kind *kind, const struct inspection_field *field,
+                         struct answer *answer)
 {
     const bool si = answer_is_si(answer);
     char is[INSPECTION_TEXT_SIZE], label[80], place[UNIT_TEXT_SIZE], *list;
@@ -585,19 +600,20 @@ static void add_failure(const struct inspections *all, size_t from,
     format_label(field, si, label);
     for (size_t i = from; i < all->count; i++) {
         const struct inspection *entry = &all->entry[i];
-        if (entry->kind != kind || judge_field(field, entry->values) != verdict)
+        enum inspection_verdict verdict = judge_field(field, entry->values);
+        if (entry->kind != kind || verdict <= INSPECTION_PASS)
             continue;
         format_shown(field, entry->values, si, is);
         if (kind->place == INSPECTION_STATION)
             unit_value_text(UNIT_STATION, si, entry->row.place, 1, place);
         else
-            snprintf(place, sizeof place, "%s %g", inspection_place_name(kind), entry->row.place);
-        fprintf(out, "%s %s (%s)", ftell(out) > 0 ? "," : "", is, place);
+            snprintf(place, sizeof place, "%s %g", inspection_place(kind)->name, entry->row.place);
+        fprintf(out, "%s%s %s %s", ftell(out) > 0 ? ", " : "", place, is,
+                inspection_verdict_text(verdict));
     }
     fclose(out);
     if (length)
-        answer_sentence(answer, NULL, "%s, %s:%s. Limit: %s.", label,
-                        inspection_verdict_text(verdict), list, field->limit);
+        answer_sentence(answer, NULL, "%s: %s. Limit: %s.", label, list, field->limit);
     free(list);
 }
 
@@ -605,8 +621,7 @@ void inspection_add_failures(const struct inspections *all, size_t from, struct 
 {
     for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++)
         for (const struct inspection_field *field = kind->field; field->name; field++)
-            for (int verdict = INSPECTION_FAIL; verdict > INSPECTION_PASS; verdict--)
-                add_failure(all, from, kind, field, (enum inspection_verdict)verdict, answer);
+            add_failures(all, from, kind, field, answer);
 }
 
 void inspection_add_json(const struct inspections *all, const struct inspection_kind *kind,
@@ -621,7 +636,7 @@ void inspection_add_json(const struct inspections *all, const struct inspection_
         answer_open_row(answer);
         answer_count(answer, "id", NULL, row->id);
         answer_words(answer, "kind", NULL, "%s", row->kind);
-        add_place(entry, inspection_place_name(entry->kind), NULL, answer);
+        add_place(entry, inspection_place(entry->kind)->name, NULL, answer);
         answer_json_value(answer, "fields",
                           entry->values ? json_deep_copy(entry->values) : json_null());
         answer_words_or_none(
@@ -642,7 +657,7 @@ struct difference {
     struct answer *answer;
     int64_t run[2];
     size_t count;
-    const char *missing; /* shown where a landing has no value */
+    const char *missing[2]; /* shown where a landing has no value */
 };
 
 static void add_difference(struct difference *d, const char *kind, const char *field,
@@ -658,7 +673,7 @@ static void add_difference(struct difference *d, const char *kind, const char *f
     for (int i = 0; i < 2; i++) {
         char run[40];
         snprintf(run, sizeof run, "RUN %lld", (long long)d->run[i]);
-        answer_words_or_none(d->answer, i ? "to" : "from", run, i ? to : from, d->missing);
+        answer_words_or_none(d->answer, i ? "to" : "from", run, i ? to : from, d->missing[i]);
     }
 }
 
@@ -699,73 +714,32 @@ static const struct inspection *find_extra(const struct inspections *all,
     return NULL;
 }
 
-static char *format_record(const struct inspection *entry, bool si)
-{
-    char is[INSPECTION_TEXT_SIZE], label[80], *text;
-    size_t length;
-    FILE *out = xopen_memstream(&text, &length);
-    for (const struct inspection_field *field = entry->kind->field; field->name; field++) {
-        format_shown(field, entry->values, si, is);
-        format_label(field, si, label);
-        if (is[0])
-            fprintf(out, "%s%s %s", ftell(out) > 0 ? ", " : "", label, is);
-    }
-    fclose(out);
-    return text;
-}
-
-/* Adds a difference in a kind with several records per landing, or in a kind of which one landing
- * has no record. */
-static void add_whole_records(struct difference *d, const struct inspections *all,
-                              const struct inspection_kind *kind,
-                              const struct inspection *const entry[2])
-{
-    char *text[2];
-    for (int i = 0; i < 2; i++) {
-        if (!inspection_has(all, kind, d->run[i]))
-            d->missing = "no record";
-        text[i] = !entry[i]                  ? xstrdup("")
-                : inspection_is_single(kind) ? xasprintf("record %lld", (long long)entry[i]->row.id)
-                                             : format_record(entry[i], answer_is_si(d->answer));
-    }
-    add_difference(d, kind->name, NULL, kind->words, text[0], text[1]);
-    d->missing = "-";
-    free(text[0]);
-    free(text[1]);
-}
-
-static void add_fields(struct difference *d, const struct inspection_kind *kind,
-                       const struct inspection *const entry[2])
-{
-    const bool si = answer_is_si(d->answer);
-    char is[2][INSPECTION_TEXT_SIZE], label[80];
-    for (const struct inspection_field *field = kind->field; field->name; field++) {
-        for (int i = 0; i < 2; i++)
-            format_shown(field, entry[i]->values, si, is[i]);
-        format_label(field, si, label);
-        add_difference(d, kind->name, field->name, label, is[0], is[1]);
-    }
-}
-
 size_t inspection_add_differences(struct store *store, const struct inspections *all,
                                   bool single_only, int64_t from, int64_t to, struct answer *answer,
                                   struct error *error)
 {
-    struct difference d = {answer, {from, to}, 0, "-"};
+    struct difference d = {answer, {from, to}, 0, {"-", "-"}};
+    char is[2][INSPECTION_TEXT_SIZE], label[80], numbered[120];
     answer_open_table(answer, "differences", "");
     add_journal_differences(store, &d, error);
     for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++) {
+        const struct inspection *entry[2] = {NULL, NULL};
         if (kind->place != INSPECTION_LANDING || (single_only && !inspection_is_single(kind)))
             continue;
-        for (size_t n = 0;; n++) {
-            const struct inspection *const entry[2] = {find_extra(all, kind, from, to, n),
-                                                       find_extra(all, kind, to, from, n)};
-            if (!entry[0] && !entry[1])
-                break;
-            if (inspection_is_single(kind) && entry[0] && entry[1])
-                add_fields(&d, kind, entry);
-            else
-                add_whole_records(&d, all, kind, entry);
+        for (int i = 0; i < 2; i++)
+            d.missing[i] = inspection_has(all, kind, d.run[i]) ? "-" : "no record";
+        for (size_t n = 0; n == 0 || entry[0] || entry[1]; n++) {
+            for (int i = 0; i < 2; i++)
+                entry[i] = find_extra(all, kind, d.run[i], d.run[!i], n);
+            for (const struct inspection_field *field = kind->field; field->name; field++) {
+                for (int i = 0; i < 2; i++)
+                    format_shown(field, entry[i] ? entry[i]->values : NULL, answer_is_si(answer),
+                                 is[i]);
+                format_label(field, answer_is_si(answer), label);
+                snprintf(numbered, sizeof numbered, "%s %zu: %s", kind->name, n + 1, label);
+                add_difference(&d, kind->name, field->name,
+                               inspection_is_single(kind) ? label : numbered, is[0], is[1]);
+            }
         }
     }
     answer_close_group(answer);

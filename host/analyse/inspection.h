@@ -23,12 +23,20 @@ enum inspection_place {
     INSPECTION_JOINT,
     INSPECTION_STATION
 };
-enum inspection_type { INSPECTION_NUMBER, INSPECTION_CHOICE, INSPECTION_WORDS, INSPECTION_PICTURE };
+enum inspection_type {
+    INSPECTION_NUMBER,
+    INSPECTION_CHOICE,
+    INSPECTION_WORDS,
+    INSPECTION_PICTURE,
+    /* fields that give or check the field before: not asked for and not in tables */
+    INSPECTION_DIGEST,
+    INSPECTION_MARKS
+};
 
 struct inspection_field {
     const char *name, *words; /* "tire_psi", "tire pressure" */
     enum inspection_type type;
-    bool from_last, marked;     /* marked: see inspection_read */
+    bool from_last;
     bool whole;                 /* a whole number without error */
     double low, high;           /* range of a number, in its unit */
     double pass_low, pass_high; /* NaN: no limit */
@@ -48,8 +56,8 @@ extern const struct inspection_kind inspection_kinds[];
 /* MR_UNKNOWN: there is no such kind; the error names the nearest one. */
 enum mr_status inspection_kind_find(const char *name, const struct inspection_kind **kind,
                                     struct error *error);
-/* Returns "", "run", "mat", "joint" or "station_ft". */
-const char *inspection_place_name(const struct inspection_kind *kind);
+/* Returns what the records belong to: "run", "mat", "joint" or "station_ft"; "": the campaign. */
+const struct inspection_field *inspection_place(const struct inspection_kind *kind);
 /* Returns true for a kind with at most one record per landing. */
 bool inspection_is_single(const struct inspection_kind *kind);
 /* Unit of a number for display: "psi", "%"; "": none. In SI: "Pa". */
@@ -82,15 +90,21 @@ bool inspection_has(const struct inspections *all, const struct inspection_kind 
 const struct inspection *inspection_newest(const struct inspections *all,
                                            const struct inspection_kind *kind, int64_t run);
 
-/* Reads FIELD=VALUE into `values`; "FIELD=" sets null. The value of a marked field may be
- * "DISTANCE: X,Y X,Y X,Y [ERROR]": the marks of rig_measure_height in pixels (default ERROR: 1).
- * Fails with MR_UNKNOWN, MR_USAGE (also if the field was read before), or MR_IO if a picture cannot
+/* Reads a number, "12.3+-0.4 lb/in", within the range of the field. */
+enum mr_status inspection_read_number(const struct inspection_field *field, const char *text,
+                                      struct estimate *number, struct error *error);
+/* Reads FIELD=VALUE into `values`; "FIELD=" sets null. Marks, also as the value of the height that
+ * they give, are "DISTANCE: X,Y X,Y X,Y [ERROR]": those of rig_measure_height in pixels (default
+ * ERROR: 1). A digest must be that of the picture that was read before. Fails with MR_UNKNOWN, MR_USAGE (also if the field was read before), or MR_IO if a picture cannot
  * be read. */
 enum mr_status inspection_read(const struct inspection_kind *kind, const char *word, json_t *values,
                                struct error *error);
 /* Adds the fields of `last` that `values` does not have: with `kept`, only those whose default is
  * their last value. */
 void inspection_complete(const struct inspection *last, bool kept, json_t *values);
+/* Returns the path of the picture of a record, which the caller frees, if it is unchanged; NULL: the
+ * record has none, or it has changed. */
+char *inspection_find_picture(const struct inspection *entry, struct error *error);
 /* Writes a row with these values, except nulls (`values` NULL: a withdrawal), and loads all records
  * again. Refuses a record that breaks a rule of records.def or is there already. The caller begins
  * and ends the transaction. */

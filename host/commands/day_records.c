@@ -24,7 +24,7 @@ static bool ask_record(const char *db, int64_t run, const struct inspection_kind
         const char *unit = field->choices ? field->choices : inspection_unit(field, false);
         const char *choice = field->after ? json_string_value(json_object_get(values, field->after))
                                           : "";
-        if (field->marked || !choice || strcmp(choice, "open") == 0)
+        if (field->type >= INSPECTION_DIGEST || !choice || strcmp(choice, "open") == 0)
             continue;
         bool ends = field == kind->field && !inspection_is_single(kind);
         inspection_format(field, field->from_last || again ? last : NULL, was);

@@ -34,10 +34,6 @@ struct request {
     size_t fields;
 };
 
-/* what a record belongs to, by kind->place */
-static const char *const place_words[] = {"", "RUN", "the number of the mat",
-                                          "the number of the joint", "the station in ft"};
-
 /* ---- kinds ---- */
 
 static int list_kinds(const struct cli *cli)
@@ -45,9 +41,9 @@ static int list_kinds(const struct cli *cli)
     struct answer *answer = answer_new(false);
     char head[120], range[80];
     for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++) {
-        const char *place = place_words[kind->place];
+        const struct inspection_field *place = inspection_place(kind);
         snprintf(head, sizeof head, "%s: %s%s%s (report %s)", kind->name, kind->words,
-                 *place ? ", by " : "", place, kind->source);
+                 *place->name ? ", by " : "", *place->name ? place->words : "", kind->source);
         answer_open_group(answer, kind->name, head);
         for (const struct inspection_field *field = kind->field; field->name; field++) {
             const char *unit = inspection_unit(field, false);
@@ -57,6 +53,7 @@ static int list_kinds(const struct cli *cli)
                          field->type == INSPECTION_NUMBER    ? range
                          : field->type == INSPECTION_CHOICE  ? field->choices
                          : field->type == INSPECTION_PICTURE ? "a file"
+                         : field->type == INSPECTION_MARKS   ? "DISTANCE: X,Y X,Y X,Y [ERROR]"
                                                              : "a text",
                          field->from_last ? ", kept" : "", field->limit ? "; limit: " : "",
                          field->limit ? field->limit : "");
@@ -76,23 +73,17 @@ static int list_kinds(const struct cli *cli)
 static void read_place(const struct request *r, struct store *store, struct store_record *row,
                        struct error *error)
 {
-    static const double high[] = {0.0, 0.0, RIG_MATS, RIG_MATS, RIG_RUNWAY_FT};
-    const char *name = inspection_place_name(r->kind);
+    const struct inspection_field *place = inspection_place(r->kind);
     struct store_landing landing;
-    if (!*name != !r->place)
+    struct estimate number;
+    if (!*place->name != !r->place)
         error_set(error, MR_USAGE, "wrong place: a record of %s needs %s; see matrig record --help",
-                  r->kind->name, *name ? place_words[r->kind->place] : "no place");
-    else if (r->place && r->kind->place == INSPECTION_LANDING)
+                  r->kind->name, place->words);
+    else if (r->kind->place == INSPECTION_LANDING)
         (void)(parse_run(r->place, &row->run, error) ?: store_find_run(store, &row->run, error)
                    ?: store_landing_get(store, row->run, &landing, error));
-    else if (r->place &&
-             quantity_read(r->place, name, quantity_unit_of_name(name), NULL, &row->place, error) ==
-                 MR_OK &&
-             !(row->place >= 0.0 && row->place <= high[r->kind->place] &&
-               (r->kind->place == INSPECTION_STATION ||
-                (row->place >= 1.0 && row->place == floor(row->place)))))
-        error_set(error, MR_USAGE, "not a place: %s for %s; give %s, at most %g", r->place, name,
-                  place_words[r->kind->place], high[r->kind->place]);
+    else if (r->place && inspection_read_number(place, r->place, &number, error) == MR_OK)
+        row->place = number.value;
 }
 
 /* Completes the record with kept values of the newest record of the kind, of `run` or the nearest
@@ -167,7 +158,7 @@ static enum mr_status add_record(const struct request *r, struct store *store,
 static void write_csv(const struct request *r, const struct inspections *all, int64_t run)
 {
     const struct inspection_kind *kind = r->kind;
-    const char *place = inspection_place_name(kind);
+    const char *place = inspection_place(kind)->name;
     struct output output;
     output_check(r->path, r->words[0], fatal);
     output_begin(&output, r->path, fatal);
@@ -198,7 +189,7 @@ static void read_csv(const struct request *r, struct store *store, struct inspec
     static char text[WORDS_MAX][INSPECTION_TEXT_SIZE + 80];
     char *line = NULL, *header = NULL, *head[WORDS_MAX], *cell[WORDS_MAX];
     size_t room = 0, columns = 0;
-    const char *place = inspection_place_name(r->kind);
+    const char *place = inspection_place(r->kind)->name;
     json_t *names = json_object();
     struct error error = {0};
     FILE *in = fopen(r->csv, "r");
@@ -248,28 +239,18 @@ static void write_marks_page(const struct request *r, const struct inspections *
 {
     const struct inspection *entry = find_valid(r, all, r->measure);
     const struct asset *page = asset_find("/picture.html");
-    const char *file = json_string_value(json_object_get(entry->values, "file"));
-    char *word = xasprintf("file=%s", file ? file : ""), *path;
-    json_t *now = json_object();
     struct output output;
-    inspection_read(entry->kind, word, now, fatal);
-    if (!json_equal(json_object_get(now, "file_sha256"),
-                    json_object_get(entry->values, "file_sha256")))
-        error_set(fatal, MR_IO,
-                  "the picture has changed: %s is not the file of record %lld; restore that file",
-                  file, (long long)r->measure);
-    output_check(r->path, file, fatal);
+    char *path = inspection_find_picture(entry, fatal);
+    output_check(r->path, path, fatal);
     output_begin(&output, r->path, fatal);
     fwrite(page->bytes, 1, (size_t)(page->end - page->bytes), output.file);
     fputs("<svg id=\"picture\" data-file=\"", output.file);
-    html_write_text(output.file, path = realpath(file, NULL));
+    html_write_text(output.file, path);
     fputs("\" data-campaign=\"", output.file);
     html_write_text(output.file, r->words[0]);
     fprintf(output.file, "\" data-record=\"%lld\"></svg>\n", (long long)r->measure);
     output_end(&output, fatal);
-    json_decref(now);
     free(path);
-    free(word);
 }
 
 /* ---- the command ---- */
@@ -311,7 +292,6 @@ static void check_request(const struct request *r)
         {!r->kind && !r->correct && !r->measure && (r->fields || r->csv || r->path),
          "no kind: give matrig record DB KIND; matrig record --kinds lists the kinds"},
         {r->compare && !r->place, "one landing only: give matrig record DB --compare RUN RUN"},
-        {r->correct && !r->fields, "no field: --correct N needs FIELD=VALUE"},
         {(r->correct || r->withdraw) && (r->kind || r->place),
          "unexpected KIND or PLACE: --correct and --withdraw need the number of the record only"},
         {r->kind && r->place && (r->csv || (r->path && r->kind->place != INSPECTION_LANDING)),

@@ -96,7 +96,7 @@ PY
     w() { $matrig --quiet record "$tmp/w.db" "$@"; }
     w --compare 1 2 | grep '^Neither RUN 1 nor RUN 2 has a record\.$' && w damage 1 station_ft=85 what=weld >/dev/null && w damage 2 station_ft=85 what=weld >/dev/null && w --compare 1 2 | grep '^The records of RUN 1 and RUN 2 do not differ\.$' || return 1
     w damage 2 station_ft=12 what=rivet pieces=2 >/dev/null && w conditions 1 drive=coast tire_psi=5 >/dev/null && w --compare 1 2 >"$tmp/said" && cat "$tmp/said" || return 1
-    grep '^  run conditions  *record 4  *no record$' "$tmp/said" && grep '^  damage  *-  *station (ft) 12, kind of damage rivet, number of pieces 2$' "$tmp/said" && [ "$(wc -l <"$tmp/said")" = 3 ]
+    grep '^  tire pressure (psi)  *5  *no record$' "$tmp/said" && grep '^  damage 1: station (ft)  *-  *12$' "$tmp/said" && [ "$(wc -l <"$tmp/said")" = 6 ]
 }
 csv_round_trip() {
     $matrig --quiet record "$tmp/copy.db" launch track_ft=375 drop_ft=20 glide_deg=3 overhang_ft=17 >/dev/null || return 1
@@ -108,6 +108,14 @@ csv_round_trip() {
     done
     cp "$tmp/none.db" "$tmp/other.db" && $matrig --quiet record "$tmp/other.db" conditions --csv "$tmp/conditions.csv" >/dev/null && $matrig --quiet record "$tmp/other.db" conditions -o "$tmp/copy.csv" &&
         cmp "$tmp/conditions.csv" "$tmp/copy.csv" && grep 'vinyl, ""6 mil""' "$tmp/copy.csv" || return 1
+    # the digest of a picture and the marks of a height are in the sheet, too
+    printf 'a picture' >"$tmp/wave.jpg"
+    for db in "$tmp/other.db" "$tmp/copy.db"; do cp "$tmp/none.db" "$db"; done
+    $matrig --quiet record "$tmp/other.db" picture 2 file="$tmp/wave.jpg" height_ft='2 ft +- 0.02 ft: 100,300 500,300 200,240' >/dev/null && $matrig --quiet record "$tmp/other.db" picture -o "$tmp/picture.csv" &&
+        grep "$(sha256sum "$tmp/wave.jpg" | cut -c 1-64)" "$tmp/picture.csv" && $matrig --quiet record "$tmp/copy.db" picture --csv "$tmp/picture.csv" >/dev/null &&
+        [ "$(field "$tmp/other.db" 1 "['fields']")" = "$(field "$tmp/copy.db" 1 "['fields']")" ] && field "$tmp/copy.db" 1 "['fields']['height_ft_marks']" | grep '^2 ft' || return 1
+    printf 'another picture' >"$tmp/wave.jpg" && cp "$tmp/none.db" "$tmp/copy.db" && fails_with 3 'line 2: the picture has changed: ' $matrig record "$tmp/copy.db" picture --csv "$tmp/picture.csv" || return 1
+    db=$tmp/campaign.db
     # a line that does not fit adds nothing of its file
     printf 'mat,joint_lb_in\n20,12.5\n21,-3\n' >"$tmp/bad.csv"
     fails_with 2 'bad.csv, line 3: out of range: -3 for joint_lb_in' $matrig record "$db" mat --csv "$tmp/bad.csv" && ! record mat | grep '12.5.* 20 ' &&
@@ -199,9 +207,9 @@ unexpected PLACE|mat 12 -o $tmp/no.csv
 no kind|12 -o $tmp/no.csv
 unexpected PLACE|damage 2 --csv $tmp/once.csv
 no such landing: RUN 9|conditions 9
-not a place: 421 for mat|mat 421 joint_lb_in=12
-not a place: 0 for joint|joint 0 stop_deg=3
-not a place: 130 for station_ft|subgrade 130 cbr_percent=12
+out of range: 421 for mat; allowed: 1 to 420|mat 421 joint_lb_in=12
+out of range: 0 for joint|joint 0 stop_deg=3
+out of range: 130 for station_ft; allowed: 0 to 120 ft|subgrade 130 cbr_percent=12
 out of range: 121 for station_ft|damage 1 station_ft=121
 no value|mat 5 joint_lb_in=
 one line of at most|damage 1 note=$'two\nlines'
@@ -216,7 +224,7 @@ kept_values() { # FIELD= leaves a kept value out; a corrected old record is not 
     k subgrade 10 fill_in=24 cbr_percent=20 >/dev/null && k subgrade 20 fill_in=30 cbr_percent=21 >/dev/null && k --correct 4 fill_in=26 --reason x >/dev/null && k subgrade 30 cbr_percent=22 >/dev/null &&
         [ "$(field "$tmp/k.db" 7 "['fields']['fill_in']")" = 30.0 ]
 }
-names_the_limit() { record mat 30 joint_lb_in=11 weight_lb=0.45 >"$tmp/said" && grep 'joint strength (lb/in), fail: 11 (mat 30). Limit: report 2.5: ' "$tmp/said" && ! grep 'weight' "$tmp/said"; }
+names_the_limit() { record mat 30 joint_lb_in=11 weight_lb=0.45 >"$tmp/said" && grep 'joint strength (lb/in): mat 30 11 fail. Limit: report 2.5: ' "$tmp/said" && ! grep 'weight' "$tmp/said"; }
 headers() { # separators and columns, told as such
     printf 'mat;joint_lb_in\n20;12.5\n' >"$tmp/h.csv"
     fails_with 2 'h.csv, line 1: unknown field: .mat;joint_lb_in. .*commas separate the columns' $matrig record "$db" mat --csv "$tmp/h.csv" || return 1
@@ -280,8 +288,8 @@ worst_of_a_sheet() {
     $matrig record "$tmp/e.db" mat --csv "$tmp/sheet.csv" | tee "$tmp/said" | grep 'worst result *fail$' || { cat "$tmp/said"; return 1; }
     # one sentence for one fault
     printf 'mat,joint_lb_in\n20,9\n21,12.1+-0.2\n22,10.5\n23,14\n' >"$tmp/sheet.csv"
-    $matrig record "$tmp/e.db" mat --csv "$tmp/sheet.csv" >"$tmp/said" && cat "$tmp/said" && [ "$(grep -c '^joint strength' "$tmp/said")" = 2 ] &&
-        grep '^joint strength (lb/in), fail: 9 (mat 20), 10.5 (mat 22). Limit: report 2.5' "$tmp/said" && grep 'within its error of the limit: 12.1 +- 0.2 (mat 21). Limit: ' "$tmp/said"
+    $matrig record "$tmp/e.db" mat --csv "$tmp/sheet.csv" >"$tmp/said" && cat "$tmp/said" && [ "$(grep -c 'Limit' "$tmp/said")" = 1 ] &&
+        tr '\n' ' ' <"$tmp/said" | grep '^joint strength (lb/in): mat 20 9 fail, mat 21 12.1 +- 0.2 within its error of the limit, mat 22 10.5 fail. Limit: report 2.5'
 }
 during_a_log() { # the table is made while another program writes to the campaign
     local board log status=1
@@ -300,7 +308,7 @@ during_a_log() { # the table is made while another program writes to the campaig
 slips() {
     fails_with 2 "unknown field: 'joint_lb' .*did you mean joint_lb_in" $matrig record "$db" mat 9 joint_lb=12 && fails_with 2 'did you mean mat\?' $matrig record "$db" matt 9 &&
         fails_with 2 'out of range: 500 for tire_psi; allowed: 1 to 200 psi' $matrig record "$db" conditions 1 tire_psi=500 && fails_with 2 'a length instead of a stress' $matrig record "$db" conditions 1 tire_psi=5in &&
-        fails_with 2 'needs RUN' $matrig record "$db" conditions tire_psi=5 && fails_with 2 'not a place: 1.5 for mat' $matrig record "$db" mat 1.5 joint_lb_in=12 && fails_with 2 'needs no place' $matrig record "$db" launch 3 drop_ft=20 && fails_with 2 'RUN 9' $matrig record "$db" conditions 9 tire_psi=5 &&
+        fails_with 2 'needs RUN' $matrig record "$db" conditions tire_psi=5 && fails_with 2 'not a whole number: 1.5 for mat' $matrig record "$db" mat 1.5 joint_lb_in=12 && fails_with 2 'needs no place' $matrig record "$db" launch 3 drop_ft=20 && fails_with 2 'RUN 9' $matrig record "$db" conditions 9 tire_psi=5 &&
         fails_with 2 'did you mean coast\?' $matrig record "$db" conditions 1 drive=cost && fails_with 2 'no kind' $matrig record "$db" 1 tire_psi=5 && fails_with 2 'more than one action' $matrig record "$db" --correct 1 --withdraw 2 &&
         fails_with 2 'recorded already: record 1 of conditions; .* --correct 1 ' $matrig record "$db" conditions 1 tire_psi=5 && fails_with 2 'to list all records' $matrig record "$db" mat 9 &&
         fails_with 2 'out of range' $matrig record "$db" mat 9 joint_lb_in=12+--1 && fails_with 2 'unexpected KIND' $matrig record "$db" conditions --correct 1 tire_psi=5 --reason x && fails_with 2 'one landing only' $matrig record "$db" --compare 1 &&
