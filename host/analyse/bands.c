@@ -148,7 +148,8 @@ static void format_shunts(const struct bands_summary *bands, bool si, char *out,
 
 /* The smallest or the largest tension, with its gage and its time (the middle of a block). */
 struct extreme {
-    /* headings of the columns with the gage's time and position */
+    /* headings of the columns: time of the gage, station of the gage, distance ahead of the
+     * wheel */
     const char *key_name, *station_heading, *wheel_distance_heading;
     double tension_lb, error_lb;
     int64_t gage, block;

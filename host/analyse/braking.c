@@ -10,20 +10,22 @@
 #define G_FT_S2                 32.174
 #define TICKS_PER_US            84.0
 #define LOCK_MIN_PULSES         5.0
-/* pulse periods between the last pulse and the lock: mean and standard error */
+/* periods from the last pulse to the lock: mean and standard error */
 #define LOCK_DELAY_PULSES       1.2071
 #define LOCK_DELAY_ERROR_PULSES 0.6969
-#define PULSE_FRACTION_ERROR    0.288675 /* of a pulse fraction: uniform from 0 to 1 */
-/* error of the onset over that of the touchdown: 80, 97 and 100 of 100 drawn landings are within 1,
- * 2 and 3 such errors (chosen afterwards) */
+/* standard error of the fraction of a pulse, which is uniform from 0 to 1 */
+#define PULSE_FRACTION_ERROR    0.288675
+/* Error of the onset / error of the touchdown. With this factor, 80, 97 and 100 of 100 simulated
+ * landings are within 1, 2 and 3 such errors; it was chosen after seeing them. */
 #define ONSET_ERROR_FACTOR      1.5
 
 struct pulse {
     double count, t_s;
 };
 
-/* Time of a capture. It is the number of ticks since an edge of a switch, whose time is exact. The
- * tick counter wraps, so the result is the time nearest to the millisecond of the report. */
+/* Time of a capture. It is computed from the number of ticks since a switch edge, whose time is
+ * exact. The tick counter wraps; of the possible times, the one nearest to the millisecond of the
+ * message is used. */
 static double compute_capture_time_s(const struct store_braking_edge *row,
                                      const struct store_edge *edge, const struct measured *measured)
 {
@@ -68,7 +70,8 @@ static void compute_slip(const struct track *track, const struct mr_site_config 
               part * per_pulse_ft / way.value);
 }
 
-/* Time from pulse `i` to the next row, limited to that of a wheel about to lock. */
+/* Returns the time from pulse `i` to the next row, limited to that of a wheel that is about to
+ * lock. */
 static double estimate_pulse_duration_s(const struct pulse *pulse, size_t count, size_t i,
                                         double limit_s)
 {
@@ -76,7 +79,7 @@ static double estimate_pulse_duration_s(const struct pulse *pulse, size_t count,
     return known ? fmin(pulse[i + 1].t_s - pulse[i].t_s, limit_s) : limit_s / LOCK_MIN_PULSES;
 }
 
-/* Finds the locks: from a pulse to the next one, or to the stop. */
+/* Finds the locks of the wheel. Each lasts from a pulse to the next one or to the stop. */
 static void find_locks(const struct track *track, double per_pulse_ft, const struct pulse *pulse,
                        size_t count, struct braking *braking)
 {
@@ -107,10 +110,9 @@ static void find_locks(const struct track *track, double per_pulse_ft, const str
     }
 }
 
-/* Finds the mean deceleration from the brake's edge to the stop, and its thrust. The fit assumes
- * braking from touchdown on. The loss of speed before the edge is therefore taken as uniform from 0
- * to the loss of the fit.
- * */
+/* Computes the mean deceleration from the brake's edge to the stop, and the thrust due to it. The
+ * fit assumes braking from touchdown on; the loss of speed before the edge is therefore taken as
+ * uniform between 0 and the loss according to the fit. */
 static void compute_thrust(const struct measured *measured, double thrust_lb_per_g,
                            struct braking *braking)
 {
@@ -142,7 +144,8 @@ static size_t extract_pulses(const struct store_braking_edge *row, size_t rows,
     for (size_t i = 0; i < rows; i++) {
         double t_s = compute_capture_time_s(&row[i], edge, measured);
         if (row[i].number == 0) {
-            /* the first edge after the first switch; without one, the last edge before it */
+            /* use the first edge after the first switch; if there is none, the last edge before
+             * it */
             if (braking->has_brake_edge && braking->brake_onset_s.value >= measured->gate[0].t_s)
                 continue;
             braking->has_brake_edge = true;

@@ -41,7 +41,7 @@ static void add_motion(const struct measured *measured, struct answer *answer)
                   fit->stop_t_s.value - fit->touchdown_t_s.value);
 }
 
-/* Adds the channel with the largest peak. */
+/* Adds the peak of the channel that moved most. */
 static void add_movement(const struct measured *measured, struct answer *answer)
 {
     const struct measured_channel *most = NULL;
@@ -85,7 +85,7 @@ static void add_tension(const struct measured *measured, struct answer *answer)
     answer_words(answer, NULL, "tension", "%s at %s to %s at %s", least, at_least, most, at_most);
 }
 
-/* Adds missing switches and lost frames. */
+/* Adds the missing switches and the number of lost frames. */
 static void add_data_quality(const struct summary *summary, struct answer *answer)
 {
     char switches[200], lost[200] = "";

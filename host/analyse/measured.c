@@ -8,8 +8,9 @@
 #include "common/emulated.h"
 #include "host/base/xmalloc.h"
 
-#define CLOCK_TOLERANCE  0.01   /* tolerance of the internal oscillator, used as a standard error */
-#define SAMPLE_MIDDLE_MS 0.4375 /* middle of 8 scans, 125 us apart, from the start of the block */
+#define CLOCK_TOLERANCE  0.01 /* tolerance of the internal oscillator, used as a standard error */
+/* middle of the 8 scans, which are 125 us apart, from the start of the block */
+#define SAMPLE_MIDDLE_MS 0.4375
 
 double measured_time_s(const struct measured *measured, size_t sample)
 {
@@ -53,7 +54,8 @@ int measured_channel_index(const struct measured *measured, enum mr_channel_kind
 
 /* ---- gear ---- */
 
-/* A relative clock error scales speeds by the same factor, and decelerations by twice as much. */
+/* Includes a relative error of the clock in the errors. It changes speeds by the same factor and
+ * decelerations by twice as much. */
 static void add_clock_error(struct mr_gates_summary *summary)
 {
     struct mr_estimate *speed = &summary->touchdown_speed_ft_s;
@@ -68,7 +70,7 @@ static void shift_gates(struct measured *measured, double by_s)
         measured->gate[i].t_s -= by_s;
 }
 
-/* Repeats the fit of the summary, with the gates at or beyond touchdown. */
+/* Repeats the fit of the summary with only the gates at or beyond touchdown. */
 static enum mr_status fit_gates(struct measured *measured)
 {
     const struct mr_gate *gates = measured->gate;
@@ -92,9 +94,9 @@ static bool is_in_gap(const struct measured *measured, double t_s)
     return false;
 }
 
-/* Returns the first unseen switch beyond the last seen one that the fitted gear passed during a gap
- * in the record; 0: none. A gap distorts the fit, so switches up to 3 standard errors beyond the
- * stop are included. */
+/* Returns the first switch without an edge that the gear must have passed, according to the fit,
+ * during a gap in the record after the last switch with an edge; 0: none. A gap distorts the fit,
+ * so switches up to 3 standard errors beyond the stop are included. */
 static unsigned find_hidden_switch(const struct measured *measured)
 {
     const struct mr_estimate *stop = &measured->summary.stop_station_ft;
@@ -114,9 +116,9 @@ static unsigned find_hidden_switch(const struct measured *measured)
     return 0;
 }
 
-/* Returns the first of several unseen switches between the last seen one and the stop; 0: none.
- * Either a cable is broken, or the gear stopped before it reached them. A single unseen switch does
- * not count, because the switch itself may be broken. */
+/* Returns the first of several switches without an edge between the last switch with one and the
+ * stop; 0: none. Either a cable is broken, or the gear stopped before it reached them. A single
+ * such switch does not count, because the switch itself may be faulty. */
 static unsigned find_unopened_switch(const struct measured *measured)
 {
     const struct mr_estimate *stop = &measured->summary.stop_station_ft;
@@ -129,7 +131,8 @@ static unsigned find_unopened_switch(const struct measured *measured)
     return silent > 1 ? first : 0;
 }
 
-/* Returns true if the gear is awaited or moving in the last state that was received. */
+/* Returns true if, in the last state that was received, the gear has not arrived yet or is
+ * moving. */
 static bool is_moving_at_end(const struct measured *measured)
 {
     return measured->landing.state == MR_LANDING_ARMED ||
@@ -137,7 +140,7 @@ static bool is_moving_at_end(const struct measured *measured)
 }
 
 /* Returns true if the record ends before the gear's stop is certain. Unless the board reported the
- * stop, the gear may have moved for two standard errors of the stop time longer. */
+ * stop, the record must extend to two standard errors after the computed stop. */
 static bool record_ends_before_stop(const struct measured *measured)
 {
     const struct mr_estimate *stop_t_s = &measured->summary.stop_t_s;
@@ -163,7 +166,7 @@ void measured_fit_gear_motion(struct measured *measured)
                                               &measured->summary);
     if (measured->fit_status != MR_OK)
         return;
-    /* Repeats the fit with touchdown as the origin, to the microsecond. */
+    /* repeat the fit with touchdown, rounded to a microsecond, as origin */
     int64_t shift_us = (int64_t)llround(measured->summary.touchdown_t_s.value * 1e6);
     measured->t0_us += shift_us;
     measured->is_t0_touchdown = true;
@@ -173,8 +176,9 @@ void measured_fit_gear_motion(struct measured *measured)
     measured->fit_status = fit_gates(measured);
     if (landing->clock_source > 0)
         add_clock_error(&measured->summary);
-    /* A stop after the end of the record is extrapolated, so the landing has no measured stop. The
-     * same applies if the last edges are missing, because the fitted gear then rolls too far. */
+    /* If the computed stop is after the end of the record, it is only extrapolated and does not
+     * count as measured. The same applies if the last edges are missing: the fitted gear then rolls
+     * too far. */
     measured->hidden_switch = measured->has_board_result ? 0 : find_hidden_switch(measured);
     measured->unopened_switch = record_ends_before_stop(measured) ? 0
                                                                   : find_unopened_switch(measured);
@@ -232,7 +236,7 @@ static struct motion_point fit_motion_at(const struct measured *measured, double
     return (struct motion_point){t_s, motion.position_ft.value, motion.speed_ft_s.value};
 }
 
-/* Interpolates with the cubic that has the station and the speed of both points. */
+/* Interpolates with the cubic through both points that has their speeds. */
 static struct motion_point interpolate_motion(struct motion_point from, struct motion_point to,
                                               double t_s)
 {
@@ -247,7 +251,7 @@ static struct motion_point interpolate_motion(struct motion_point from, struct m
                                  (v0 + 2.0 * square * x + 3.0 * cube * x * x) / span_s};
 }
 
-/* Computes station and speed at a time: touchdown and stop from the summary, the fit between its
+/* Computes station and speed at a time: uses the summary at touchdown and stop, the fit between its
  * first and last gate, and cubics in between. */
 static struct motion_point compute_gear_motion(const struct measured *measured, double t_s,
                                                double *error_ft_s)
@@ -299,7 +303,7 @@ double measured_arrival_s(const struct measured *measured, double station_ft)
         return (double)NAN;
     double low_s = 0.0;
     double high_s = summary->stop_t_s.value;
-    for (int i = 0; i < 60; i++) { /* 60 bisections give full double precision */
+    for (int i = 0; i < 60; i++) { /* 60 bisections give the full accuracy of a double */
         double middle_s = 0.5 * (low_s + high_s);
         if (measured_station_ft(measured, middle_s) < station_ft)
             low_s = middle_s;
@@ -311,7 +315,7 @@ double measured_arrival_s(const struct measured *measured, double station_ft)
 
 /* ---- channels ---- */
 
-/* Returns the sample of the first named edge, or `samples` if there is none. */
+/* Returns the sample of the first edge of a known switch, or `samples` if there is none. */
 static size_t find_first_edge_sample(const struct measured *measured)
 {
     if (measured->gate_count == 0)
@@ -331,8 +335,8 @@ static bool record_begins_at_arming(const struct measured *measured)
 }
 
 /* Finds the samples of the baseline. These are the samples before the first edge. If the board had
- * counted earlier edges, or if there is no edge, the mat may have moved before it; the samples
- * after arming are used instead. An imported record without an edge has no arming; its first
+ * counted earlier edges, or if there is no edge, the mat may have moved before; then the samples
+ * after arming are used instead. An imported record without an edge has no arming, so its first
  * samples are used. Returns false if there are no such samples. */
 static bool find_rest_samples(const struct measured *measured, size_t edge, size_t *from,
                               size_t *to)
@@ -346,8 +350,8 @@ static bool find_rest_samples(const struct measured *measured, size_t edge, size
     return !measured->is_start_missing || record_begins_at_arming(measured);
 }
 
-/* Computes the noise of one value, which is the mean of `stride` samples. Uses full-rate samples
- * unless there are more CAN samples, which are means. */
+/* Computes the noise of one value, which is the mean of `stride` samples. Uses samples at full
+ * rate, or CAN samples (which are means) if there are more of them. */
 static void compute_noise(struct measured_channel *channel, size_t from, size_t to)
 {
     double squares[2] = {0.0, 0.0};
@@ -391,8 +395,8 @@ static void compute_extremes(const struct measured *measured, struct measured_ch
         channel->end = measured_moving_mean(measured, channel,
                                             measured->samples - 1 - MEASURED_FINAL_MEAN_BLOCKS / 2,
                                             MEASURED_FINAL_MEAN_BLOCKS / 2);
-    /* The end value can itself be the extreme. It then has the larger error of a peak, whose budget
-     * `matrig uncertainty` prints. */
+    /* The end value may itself be the extreme. It then has the larger error of a peak (matrig
+     * uncertainty prints its budget). */
     if (channel->end > channel->high)
         channel->high = channel->end;
     if (channel->end < channel->low)
@@ -437,7 +441,7 @@ void measured_compute_results(struct measured *measured)
         for (size_t i = 0; i < measured->samples; i++)
             channel->valid_samples += channel->validity[i] == MR_VALID;
         compute_baseline(channel, from, to);
-        if (measured->has_no_baseline) /* the noise is known, but not the zero */
+        if (measured->has_no_baseline) /* without a baseline, the noise is known but not the zero */
             channel->baseline = (double)NAN;
         compute_extremes(measured, channel, edge < measured->samples ? edge : 0);
         find_longest_missing_stretch(measured, channel, edge < measured->samples ? edge : 0);
@@ -554,8 +558,8 @@ struct mr_error_conditions measured_error_case(const struct measured *measured,
         .averaged = (float)fmax(samples / stride, 1.0),
         .baseline_blocks = movement ? (float)fmax((double)channel->rest_samples / stride, 1.0)
                                     : 0.0f,
-        /* Hours since power-on: zero_error covers the age of the zero. A landing ends before its
-         * baseline drifts. */
+        /* Hours since power-on, for an absolute reading: zero_error depends on the age of the zero.
+         * A movement has no hours, because its baseline does not drift during a landing. */
         .hours = movement ? 0.0f : (float)((double)measured->first_block / BLOCKS_PER_HOUR),
         .reference_error = measured->channel[MR_TRANSDUCERS + MR_ADC1_REFERENCE].config.gain_error,
     };
@@ -568,11 +572,11 @@ double measured_error(const struct measured *measured, const struct measured_cha
     return (double)mr_reading_error(&channel->config, &c);
 }
 
-#define SUM_BITS 61 /* number of bits of a running sum, without the sign bit */
+#define SUM_BITS 61 /* number of bits in a running sum, without the sign bit */
 
-/* A peak is located in means over search_half_width samples to each side, and its value is a mean
- * over peak_half_width samples. The narrower mean excludes a step at the edge of the wider one.
- * Each half of the values contributes at least two to it. */
+/* Returns the half width of the mean in which a peak is located. The value of the peak is a
+ * narrower mean (get_peak_half_width), which excludes a step at the edge of the wider one. It
+ * contains at least two values from each half of the readings (measured.h). */
 static size_t get_search_half_width(const struct measured_channel *channel)
 {
     return channel->stride > MEASURED_MEAN_BLOCKS / 4 ? 2 * channel->stride
@@ -588,12 +592,12 @@ double measured_peak_samples(const struct measured_channel *channel)
     return 2.0 * (double)get_peak_half_width(channel) + 1.0;
 }
 
-/* Running sums over all earlier samples, for each half of the values. Values belong to the two
+/* Sums over all earlier samples, for each half of the values. Successive values belong to the two
  * halves alternately. The sums are integers in `unit`, so the difference of two sums is exact. */
 struct half_sums {
     struct running_sum {
         int64_t sum, count;
-    } * half[2]; /* each array has samples + 1 entries */
+    } * half[2]; /* arrays with samples + 1 entries */
     double unit;
 };
 
@@ -601,7 +605,7 @@ static struct half_sums make_half_sums(const struct measured *measured,
                                        const struct measured_channel *channel)
 {
     struct half_sums sums = {.unit = 1.0};
-    double most = 1e-30; /* any unit works if all samples are 0 */
+    double most = 1e-30; /* start value, because any unit will do if all samples are 0 */
     int value_bits, count_bits;
     for (size_t i = 0; i < measured->samples; i++) {
         double value = fabs(measured_value(channel, i));
@@ -610,10 +614,10 @@ static struct half_sums make_half_sums(const struct measured *measured,
     (void)frexp(most, &value_bits);
     (void)frexp((double)measured->samples, &count_bits);
     sums.unit = ldexp(1.0, value_bits + count_bits - SUM_BITS);
-    double per_unit = 1.0 / sums.unit; /* the reciprocal is exact, because unit is a power of two */
+    double per_unit = 1.0 / sums.unit; /* exact, because unit is a power of two */
     for (size_t half = 0; half < 2; half++)
         sums.half[half] = xcalloc(measured->samples + 1, sizeof *sums.half[half]);
-    /* counters replace the divisions, which are slow */
+    /* counters, which replace slow divisions */
     size_t within = channel->phase % channel->stride, half = channel->phase / channel->stride % 2;
     for (size_t i = 0; i < measured->samples; i++) {
         double value = measured_value(channel, i);
@@ -648,7 +652,7 @@ void measured_find_peaks(const struct measured *measured, const struct measured_
                          size_t from, double *high, double *low)
 {
     *high = *low = (double)NAN;
-    if (measured->samples == 0) /* without samples, the stride is not set either */
+    if (measured->samples == 0) /* without samples, the stride is not known either */
         return;
     const size_t search = get_search_half_width(channel), peak = get_peak_half_width(channel);
     struct half_sums sums = make_half_sums(measured, channel);

@@ -1,22 +1,22 @@
 /* A landing as measured: time base, gear, displacements and tensions, read back from the campaign
  * database.
  *
- * Time t_s counts from touchdown (from the first edge if there is no fit, from arming if there are
- * no edges). Samples are 1 ms blocks; a sample's time is the middle of its eight scans.
- * Displacements and tensions are computed here from the block records with the board's own
- * calibration. Block records are received over serial or read from the black box. A block without a
- * block record is filled from CAN messages, each of which is the mean of 2 or 4 blocks; a landing
- * without block records has CAN messages only. The source of each sample is stored. CAN does not
- * fill a recalibrated landing, because the board computed its messages with the old calibration.
- * Values from another instrument (matrig import) are used unchanged. A displacement is relative to
- * its mean over the half second before the first edge; a tension is absolute. Missing and invalid
- * values are NaN. A stuck channel is invalid from the time at which it stopped moving, which is
- * before the fault could be detected.
+ * Time t_s is counted from touchdown (without a fit, from the first edge; without edges, from
+ * arming). Samples are 1 ms blocks; a sample's time is the middle of its eight scans. Displacements
+ * and tensions are computed here from the block records with the board's own calibration. Block
+ * records are received over serial or read from the black box. A block without a block record is
+ * filled from CAN messages, each of which is the mean of 2 or 4 blocks; a landing without block
+ * records has CAN messages only. The source of each sample is stored. In a recalibrated landing,
+ * CAN messages are not used, because the board computed them with the old calibration. Values from
+ * another instrument (matrig import) are used unchanged. A displacement is relative to its mean
+ * over the half second before the first edge; a tension is absolute. Missing and invalid values are
+ * NaN. A stuck channel is invalid from the time at which it stopped moving, which is before the
+ * fault could be detected.
  *
- * A peak is located in every second reading, and its value is the mean of the other readings. This
- * is done with both halves of the readings. The largest of many noisy means is above the true
- * value, but the noise of the other readings is independent of the choice. Standard errors are
- * those of common/channels.h. */
+ * The largest of many noisy means is above the true value. Therefore a peak is located with every
+ * second reading, and its value is the mean of the other readings, whose noise is independent of
+ * the choice; this is done with both halves of the readings. Standard errors are those of
+ * common/channels.h. */
 #ifndef MATRIG_HOST_ANALYSE_MEASURED_H
 #define MATRIG_HOST_ANALYSE_MEASURED_H
 
@@ -26,12 +26,13 @@
 #include "host/store/store.h"
 
 #define MEASURED_BASELINE_BLOCKS    500
-/* Of a landing longer than twice this number of blocks, only this many blocks before the first edge
- * are loaded; without an edge, this many before the end of the record. */
+/* For long landings: if a landing has more than twice this number of blocks, only this many blocks
+ * before the first edge are loaded (without an edge, before the end of the record). */
 #define MEASURED_BEFORE_EDGE_BLOCKS 60000
-/* length of the moving mean in which peaks are located, blocks */
+/* length, in blocks, of the moving mean in which peaks are located */
 #define MEASURED_MEAN_BLOCKS        11
-#define MEASURED_FINAL_MEAN_BLOCKS  200 /* blocks of the mean that is a channel's final value */
+/* length, in blocks, of the mean that is the final value of a channel */
+#define MEASURED_FINAL_MEAN_BLOCKS  200
 #define MEASURED_LOST               255 /* value of `validity`: the block is missing */
 #define MEASURED_NOT_VALID          254 /* value of `validity`: not valid, and CAN gave no reason */
 
@@ -53,27 +54,28 @@ struct measured_source_stretch {
 
 struct measured_channel {
     struct mr_channel_config config;
-    float *raw;           /* per sample, in or lb, without the baseline subtracted */
+    /* reading of each sample, in inches or pounds; the baseline is not subtracted */
+    float *raw;
     uint8_t *validity;    /* enum mr_validity, MEASURED_LOST or MEASURED_NOT_VALID */
     uint8_t *source;      /* enum measured_source: the source of each sample */
     size_t valid_samples; /* number of samples with MR_VALID */
-    double baseline;      /* mean at rest, before the first edge; NaN: unknown */
+    double baseline;      /* mean at rest before the first edge; NaN: not known */
     double noise;         /* standard deviation of one sample before the first edge */
     size_t rest_samples;  /* number of samples in the baseline */
-    /* Number of consecutive samples that share one value. 1 for block records; if any sample is
-     * from CAN, the number of blocks that a CAN message is the mean of; for an imported file, the
-     * number stored with it. */
+    /* Number of consecutive samples that share one value. 1 for block records; the number of blocks
+     * in the mean of a CAN message, if any sample is from CAN; the stored number for an imported
+     * file. */
     size_t stride;
     size_t phase; /* a CAN message begins at sample i if `stride` divides i + phase */
-    /* The next fields describe the value (raw, less the baseline for displacements) from the first
-     * edge on. */
-    double high, low;  /* extremes of the moving mean */
+    /* The next fields describe the value from the first edge on (raw, for displacements minus the
+     * baseline). */
+    double high, low;  /* largest and smallest value of the moving mean */
     double peak;       /* high or low, whichever has the larger magnitude */
     double end;        /* final value: mean of the last MEASURED_FINAL_MEAN_BLOCKS blocks */
     double peak_error; /* standard error of the peak */
     double high_error, low_error, end_error;
     /* Longest stretch of invalid samples in which a moving mean has no valid sample either: samples
-     * missing_from to missing_to - 1. Equal values: there is no such stretch. */
+     * missing_from to missing_to - 1. If both are equal, there is no such stretch. */
     size_t missing_from, missing_to;
 };
 
@@ -99,21 +101,22 @@ struct measured {
     int64_t t0_us; /* board time of t_s = 0 */
     bool is_t0_touchdown;
 
-    /* edges of known switches in order of time; t_s is defined in the file comment */
+    /* edges of known switches in order of time; times are t_s (see above) */
     struct mr_gate gate[MR_GATES_MAX];
     size_t gate_count;
     size_t edge_count;        /* number of captured edges, named or not */
     size_t switch_count;      /* number of fitted switches in the board's table */
-    uint64_t fitted_switches; /* the fitted switches: bit p-1 is switch p */
-    uint64_t seen_switches;   /* switches with an edge: bit p-1 is switch p */
+    uint64_t fitted_switches; /* bit p-1: switch p is fitted */
+    uint64_t seen_switches;   /* bit p-1: switch p has an edge */
     double switch_ft[64];     /* station of switch p at index p-1, for fitted switches */
-    /* number of edges that are missing in the record according to the board's own result */
+    /* number of edges that the record lacks according to the board's own result */
     size_t missing_edges;
-    bool has_board_result; /* the board's result was received: no other edges are missing */
+    /* the board's result was received, which shows that no other edges are missing */
+    bool has_board_result;
     /* without the board's result: a switch that the gear should have passed during a gap in the
      * record; 0: none */
     unsigned hidden_switch;
-    /* first of several switches before the apparent stop that never opened; 0: none */
+    /* first of several switches before the computed stop that never opened; 0: none */
     unsigned unopened_switch;
     /* Status of the summary. MR_OK: there is a summary. MR_TRUNCATED: the record ends while the
      * gear moves, or edges are missing, so only the touchdown of the summary is known. MR_TOO_FEW:
@@ -127,13 +130,13 @@ struct measured {
     int64_t first_edge; /* the board's count of the first received edge; 0: none */
     /* edges before first_edge are missing; results that need them are not given */
     bool is_start_missing;
-    /* is_start_missing, and the record begins after arming: the mat may have moved before,
+    /* is_start_missing is true, and the record begins after arming: the mat may have moved before,
      * so there are no baselines */
     bool has_no_baseline;
     /* channels whose calibration was changed after the landing: bit mask by channel index */
     int64_t recalibrated_channels;
     bool has_calibration_dates; /* the configuration was read, so calibration dates are known */
-    struct mr_site_config site; /* 0 if the configuration was not read */
+    struct mr_site_config site; /* 0 in all fields if the configuration was not read */
     /* at least one channel that was not recalibrated has no calibration date; false if dates are
      * not known */
     bool is_uncalibrated;
@@ -150,11 +153,11 @@ const char *measured_origin_text(const struct measured *measured);
 /* Returns true if the landing's board was emulated: its readings are synthetic
  * (common/emulated.h). */
 bool measured_is_emulated(const struct store_landing *landing);
-/* Returns the marks to print after any number of the landing: ""; ", incomplete"; ", UNCALIBRATED"
- * or ", calibration unknown" (its configuration was not read); or ", incomplete" followed by one of
- * the latter two. Static storage. */
+/* Returns the marks to print after any number of the landing: "", ", incomplete", ", UNCALIBRATED"
+ * or ", calibration unknown" (the configuration was not read). ", incomplete" may be followed by
+ * one of the other two. Static storage. */
 const char *measured_marks_text(const struct measured *measured);
-/* For MR_TRUNCATED: writes the reason why the stop is not known, as part of a sentence. */
+/* Writes why the stop is not known, as part of a sentence. For fit_status MR_TRUNCATED. */
 #define MEASURED_REASON_SIZE 100
 void measured_format_unknown_stop(const struct measured *measured, char out[MEASURED_REASON_SIZE]);
 
@@ -189,8 +192,8 @@ void measured_find_source_stretches(struct measured *measured);
 /* Computes baseline, noise, extremes and their errors for every channel from the samples and the
  * first gate. The last step of measured_load. */
 void measured_compute_results(struct measured *measured);
-/* Return station and speed of the lead wheel at a time. NaN before touchdown or without a fit.
- * After the stop the wheel is at rest. */
+/* Return the station and the speed of the lead wheel at a time. NaN before touchdown or without a
+ * fit. After the stop the speed is 0. */
 double measured_station_ft(const struct measured *measured, double t_s);
 double measured_speed_ft_s(const struct measured *measured, double t_s, double *error_ft_s);
 /* Returns the time at which the lead wheel reaches a station beyond touchdown. NaN: the wheel stops
@@ -221,8 +224,8 @@ char measured_source_letter(enum measured_source source);
 /* Describes the sources of the samples: "serial block records, 1 kHz", the parts filled from CAN
  * and the black box, and the missing parts. */
 void measured_format_source(const struct measured *measured, char out[MEASURED_SOURCE_SIZE]);
-/* Prints the excluded records as a note, for output without measured_format_source, which
- * also contains them. */
+/* Prints a note about the excluded records. For output that does not contain the text of
+ * measured_format_source, which mentions them too. */
 void measured_print_excluded(const struct measured *measured, const struct cli *cli);
 /* Returns the numbers of excluded records as JSON; null if there are none. */
 json_t *measured_excluded_json(const struct measured *measured);

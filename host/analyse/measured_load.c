@@ -23,7 +23,7 @@ static void collect_gates(struct measured *measured, const struct store_edge *ed
 {
     measured->edge_count = edge_count;
     for (size_t p = 0; p < place_count; p++) {
-        /* a damaged campaign may have such rows */
+        /* ignore rows that only a damaged campaign can have */
         if (places[p].step_codes == 0 || places[p].position < 1 || places[p].position > 64)
             continue;
         measured->fitted_switches |= 1ull << (places[p].position - 1);
@@ -51,14 +51,15 @@ static void collect_gates(struct measured *measured, const struct store_edge *ed
  * counted and excluded; the campaign keeps it ---- */
 
 #define GROUP_PAUSE_S        30
-/* A group smaller than 1/GROUP_SIZE_RATIO_MAX of the largest one is excluded, unless it has edges
- * and GROUP_MIN_ENTRIES entries: a link may have been down before it. */
+/* A group of times with fewer than 1/GROUP_SIZE_RATIO_MAX of the entries of the largest group is
+ * excluded. A group with edges and at least GROUP_MIN_ENTRIES entries is kept, because a link may
+ * have been down around it. */
 #define GROUP_SIZE_RATIO_MAX 100u
 #define GROUP_MIN_ENTRIES    100u
 
 struct time_groups {
     struct time_group {
-        int64_t from_s, to_s; /* both inclusive */
+        int64_t from_s, to_s; /* first and last second of the group */
         size_t count, edges;
     } * group;
     size_t group_count;
@@ -88,7 +89,7 @@ static int compare_groups(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Keeps only the groups that belong to the landing, in order. */
+/* Removes the groups that do not belong to the landing; the order is kept. */
 static void time_groups_select(struct time_groups *groups)
 {
     size_t joined = 0, left = 0, most = 0;
@@ -142,7 +143,8 @@ struct series_data {
     } * message;
     size_t message_count;
     int64_t first_second,
-        last_second; /* seconds of the first and the last data; last < first: no data */
+        /* seconds of the first and the last data; last_second < first_second: no data */
+        last_second;
 };
 
 static void count_excluded_record(struct measured_excluded *aside, size_t *count, int64_t block)
@@ -258,8 +260,9 @@ static void begin_watch(struct mr_watch *watch, const struct measured *measured,
     mr_watch_begin(watch, config, index);
 }
 
-/* During a gap a channel may have left its range and returned, which only the board observed.
- * Channels that were not stuck are therefore judged again from the start. */
+/* After a gap of this length, the supervision of channels that were not stuck starts anew, because
+ * a channel may have left its range and returned during the gap, which only the board could
+ * observe. */
 #define WATCH_GAP_BLOCKS 20
 static void reset_after_gap(struct mr_watch *watch)
 {
@@ -275,8 +278,8 @@ static void invalidate_stuck_samples(struct measured_channel *channel, size_t sa
     channel->raw[sample] = MR_NAN;
 }
 
-/* Judges readings as the board does. A stuck channel is invalid from the reading at which it
- * stopped moving, so earlier readings back to that one are invalidated. */
+/* Checks the readings of a block as the board does. A stuck channel is invalid from the reading at
+ * which it stopped moving, so this also invalidates earlier readings back to that one. */
 static void decode_block(struct measured *measured, struct mr_watch *watch,
                          const struct mr_block *block, enum measured_source source)
 {
@@ -302,8 +305,8 @@ static void decode_block(struct measured *measured, struct mr_watch *watch,
     }
 }
 
-/* Invalidates CAN samples of a channel that the board reported stuck, until its next report on
- * that channel. */
+/* Invalidates CAN samples of a channel that the board reported stuck, from that report until the
+ * next one about the channel. */
 static enum mr_status apply_stuck_events(struct store *store, struct measured *measured,
                                          struct error *error)
 {
@@ -329,8 +332,8 @@ static enum mr_status apply_stuck_events(struct store *store, struct measured *m
     return status;
 }
 
-/* Fills one of the samples of which a CAN message is the mean, unless a better source has filled
- * it. `end`: first sample after the message. */
+/* Fills one of the samples that a CAN message covers with its mean, unless a better source has
+ * filled it. `end`: first sample after the message. */
 static void fill_sample(struct measured_channel *channel, size_t i, float value, unsigned blocks,
                         size_t end)
 {
@@ -376,8 +379,8 @@ static void decode_blocks(struct measured *measured, const struct series_data *r
     measured->source = 2 * from_box > record->block_count ? MEASURED_BOX : MEASURED_SERIAL;
 }
 
-/* Returns the first block to load. A board may be armed for hours before the landing, and the
- * blocks of hours do not fit into memory. INT64_MIN: load all. */
+/* Returns the first block to load. A board may be armed hours before the landing, and so many
+ * blocks do not fit into memory. INT64_MIN: load all. */
 static int64_t find_first_block(const struct measured *measured, const struct time_groups *groups)
 {
     const struct time_group *last = groups->group_count ? &groups->group[groups->group_count - 1]
@@ -462,7 +465,7 @@ static enum mr_status load_imported_series(struct store *store, struct series_da
     for (size_t r = 0; r < count; r++) {
         if (rows[r].index < 0 || rows[r].index >= (int64_t)MR_CHANNELS || rows[r].first_block < 0 ||
             rows[r].first_block >= BLOCK_INDEX_MAX)
-            rows[r].count = 0; /* a damaged campaign may have such a row */
+            rows[r].count = 0; /* ignore such a row, which only a damaged campaign can have */
         else
             extend_time_span(record, rows[r].first_block,
                              rows[r].first_block + (int64_t)rows[r].count - 1);
@@ -554,7 +557,7 @@ static enum mr_status load_configuration(struct store *store, int64_t run,
     return status;
 }
 
-/* Finds channels without calibration date. The dates are not known if another version wrote the
+/* Finds channels without calibration date. The dates count as unknown if another version wrote the
  * configuration. */
 static enum mr_status load_calibration_state(struct store *store, int64_t run,
                                              struct measured *measured, struct error *error)
@@ -607,10 +610,12 @@ enum mr_status measured_load(struct store *store, int64_t run, struct measured *
              ?: load_configuration_and_series(store, run, measured, error);
 }
 
-#define NEAR_EDGE_BLOCKS 1000 /* one second: a block record this close to an edge covers the edge */
+/* an edge counts as covered if there is a block record within this many blocks (one second) */
+#define NEAR_EDGE_BLOCKS 1000
 
-/* Fits the gear without loading samples. `*enough`: true if the board received all edges,
- * reported the end of the landing, and has block records near each edge and after the stop. */
+/* Fits the motion of the gear without loading samples. Sets `*enough` if this is sufficient: the
+ * board received all edges, reported the end of the landing, and has block records near each edge
+ * and after the stop. */
 static enum mr_status fit_without_series(struct store *store, struct measured *measured,
                                          bool *enough, struct error *error)
 {
@@ -630,7 +635,8 @@ static enum mr_status fit_without_series(struct store *store, struct measured *m
         return status;
     measured->source = MEASURED_SERIAL;
     measured->first_block = first;
-    measured->samples = SIZE_MAX / 4; /* treat the record as endless, to find the stop first */
+    /* no end of the record, so that the stop is computed without regard to it */
+    measured->samples = SIZE_MAX / 4;
     measured_fit_gear_motion(measured);
     *enough = measured->fit_status == MR_OK;
     int64_t stop = (int64_t)(measured->summary.stop_t_s.value * 1e3) + measured->t0_us / 1000 + 1;

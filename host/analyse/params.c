@@ -23,8 +23,8 @@ static struct estimate multiply_powers(double constant, const struct estimate *f
 struct estimate params_inertia(struct estimate weight_lb, struct estimate spacing_ft,
                                struct estimate cord_ft, struct estimate period_s)
 {
-    /* At a rotation a, each end moves by a d/2 and its cord tilts by a d/(2 l): restoring moment
-     * W d^2 a/(4 l). */
+    /* A mat turned by the angle a moves each end by a d/2 and tilts its cord by a d/(2 l), which
+     * gives the restoring moment W d^2 a/(4 l). */
     const struct estimate factors[] = {weight_lb, spacing_ft, cord_ft, period_s};
     const double powers[] = {1, 2, -1, 2};
     return multiply_powers(1.0 / (16.0 * M_PI * M_PI), factors, powers, 4);

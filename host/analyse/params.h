@@ -27,9 +27,10 @@ struct estimate params_joint_stiffness(struct estimate slope_lb_in_in, struct es
 /* A straight line through readings of a part with free travel. The part moves freely up to x = free
  * and acts as a spring beyond: y = k (x - free). Only readings beyond `free` are used. */
 struct params_spring_fit {
-    bool is_known;     /* the slope differs from zero (Student's t, at a level of 1 in 200) */
-    size_t below_free; /* number of readings below `free`; the line is valid only if this is 0 */
-    double scatter;    /* standard deviation of y about the line */
+    bool is_known; /* the slope differs from zero (Student's t, at a level of 0.005) */
+    /* number of readings with x below `free`; the line is valid only if this is 0 */
+    size_t below_free;
+    double scatter; /* standard deviation of y about the line */
     struct estimate k, free;
 };
 
@@ -54,17 +55,17 @@ struct estimate params_soil_stiffness(struct estimate load_lb, struct estimate d
                                       double mats);
 
 /* Computes the soil stiffness under one mat end from a plate bearing test: pressure under the plate
- * against its settlement gives the modulus of soil reaction, which model and prototype have in
- * common (2.2), and each end carries half of the mat: KV = slope A_mat/(2 A_plate). Settlement
- * before the plate is seated has no effect. 1.96 errors are a 95 % interval, because Student's t is
- * included. MR_TOO_FEW: fewer than three readings, or all settlements are equal. */
+ * divided by its settlement is the modulus of soil reaction, which is equal for model and prototype
+ * (2.2), and each end carries half of the mat: KV = slope A_mat/(2 A_plate). Settlement before the
+ * plate is seated has no effect. 1.96 errors are a 95 % interval, because Student's t is included.
+ * MR_TOO_FEW: fewer than three readings, or all settlements are equal. */
 enum mr_status params_plate_soil_stiffness(const double *load_lb, const double *settlement_ft,
                                            size_t count, struct estimate plate_ft,
                                            struct estimate mat_ft2, struct estimate *kv_lb_ft,
                                            struct error *error);
 
-/* Computes the mean of readings with its standard error. `each`: standard error that applies to
- * every reading, and the only error of a single reading. count >= 1. */
+/* Computes the mean of at least one reading, with its standard error. `each`: standard error of
+ * every reading; it is the only error if there is one reading. */
 struct estimate params_mean(const double *readings, size_t count, double each);
 
 #endif

@@ -50,7 +50,8 @@ static void set_warning(const struct measured *measured, const struct zones *zon
                         : RECORD_NO_WARNING;
 }
 
-/* Compares the landing with its advice. It is off plan if braking or speed differ. */
+/* Compares the landing with its advice. The landing is off plan if its braking or speed differs
+ * from the plan. */
 static void set_deviation_from_plan(const struct measured *measured, struct record_row *row)
 {
     const struct mr_gates_summary *fit = &measured->summary;
@@ -104,12 +105,15 @@ static void set_verdict(struct record_row *row)
 /* The landings of the same board before and after a landing; NULL: none. */
 struct neighbours {
     const struct store_landing *previous_landing, *next_landing;
-    bool is_runway_restored; /* the next landing began on a runway saved before this one */
+    /* the next landing began on the runway as it was saved before this landing */
+    bool is_runway_restored;
 };
 
-#define ZONE_STEP_SAMPLES 20   /* samples of 1 ms: the wheel rolls 0.7 ft at most */
-#define MIN_ZONE_S        0.07 /* a shorter zone is an artefact of coarse segments */
-#define MIN_SPEED_FT_S    2.0  /* below this speed, the wheel is about to stop */
+/* step between checks, samples of 1 ms; the wheel rolls 0.7 ft at most in this time */
+#define ZONE_STEP_SAMPLES 20
+/* a zone that exists for a shorter time is an artefact of coarse segments */
+#define MIN_ZONE_S        0.07
+#define MIN_SPEED_FT_S    2.0 /* below this speed, the wheel is about to stop */
 #define MIN_COVERED_SHARE 0.5
 
 const char *outcome_basis_text(enum outcome_basis basis)
@@ -125,9 +129,9 @@ const char *outcome_basis_text(enum outcome_basis basis)
 
 /* ---- surveys ---- */
 
-/* A board sends its survey with each landing, even if the survey is old. The survey counts as new
- * if at least half of its openings changed, because two readings of a closed segment may be equal
- * to the last digit. Otherwise only the changed openings are new. */
+/* Loads the survey that the board sent with a landing. A board sends its survey even if it is old.
+ * All of it counts as new if at least half of its openings changed (a new reading of a closed
+ * segment may equal the old one exactly). Otherwise only the changed openings count as new. */
 static enum mr_status load_board_survey(struct store *store, int64_t run, int64_t run_before,
                                         struct zones_slack *survey, struct error *error)
 {
@@ -182,7 +186,8 @@ void record_reach_add(struct record_reach *reach, double t_s, double wheel_ft,
 {
     static const struct {
         unsigned mats;
-        double distance_ft; /* of the wheel from the zone; 0: the wheel is inside the zone */
+        /* distance of the wheel from the zone; 0: the wheel is inside the zone */
+        double distance_ft;
     } limit[RECORD_REACH_LIMITS] = {
         [RECORD_REACH_EARLIEST] = {OUTCOME_MIN_ZONE_MATS - ZONES_ERROR_MATS,
                                    OUTCOME_REACHED_DISTANCE_FT + (double)MR_SEGMENT_LENGTH_FT},
@@ -247,7 +252,7 @@ static double compute_covered_share(const struct measured *measured)
 static void judge_outcome_by_transducers(const struct measured *measured,
                                          const struct zones_slack *slack, struct outcome *outcome)
 {
-    struct zones_slack closed = *slack; /* segments that were not surveyed count as closed */
+    struct zones_slack closed = *slack; /* count segments that were not surveyed as closed */
     if (measured->fit_status != MR_OK) {
         outcome->unknown_reason = "the motion of the gear up to its stop is unknown";
         return;
@@ -430,7 +435,8 @@ static const struct store_landing *find_neighbour(const struct store_landing *al
     return NULL;
 }
 
-/* Loading samples is slow and is useful only with a survey, so the survey is checked first. */
+/* Checks whether there is a survey before loading samples, which is slow and useful only with a
+ * survey. */
 static enum mr_status check_any_survey(struct store *store, int64_t run, bool *has,
                                        struct error *error)
 {
@@ -451,7 +457,7 @@ static enum mr_status judge_landing(struct store *store, const struct neighbours
     set_warning(loaded->measured, loaded->zones, row);
     set_deviation_from_plan(loaded->measured, row);
     enum mr_status status = load_max_risk(store, row, error);
-    row->outcome = unknown_outcome; /* a void landing keeps it */
+    row->outcome = unknown_outcome; /* for a void landing this remains */
     if (status == MR_OK && !row->is_void)
         status = outcome_load(store, loaded->measured, between, &row->outcome, error);
     if (status == MR_OK)
@@ -463,7 +469,8 @@ static enum mr_status judge_landing(struct store *store, const struct neighbours
 static enum mr_status load_landing(struct store *store, const struct neighbours *between,
                                    struct record_row *row, struct error *error)
 {
-    static struct measured measured; /* static, because it takes some ten kilobytes */
+    /* static instead of on the stack, because it takes about ten kilobytes */
+    static struct measured measured;
     struct zones zones = {0};
     bool surveyed = false;
     enum mr_status status = check_any_survey(store, row->run, &surveyed, error);
@@ -630,7 +637,7 @@ const char *record_format_outcome(const struct record_row *row, char out[RECORD_
     return out;
 }
 
-/* What the wheel reached, from the evidence of the outcome. */
+/* Appends what the wheel reached, from the evidence of the outcome. */
 static void append_reached_zone(const struct outcome *outcome, char *out, size_t size)
 {
     if (outcome->reached == OUTCOME_UNKNOWN)

@@ -11,7 +11,7 @@ enum mr_status rig_predict_next_landing(const double *x, const double *y, size_t
 {
     double *z = xcalloc(2 * count + 1, sizeof *z), *weight = z + count;
     struct line_fit line;
-    /* equal errors of y are errors of y^2 that are proportional to y */
+    /* constant errors of y give errors of y^2 that are proportional to y */
     for (size_t i = 0; i < count; i++) {
         z[i] = squared ? y[i] * y[i] : y[i];
         weight[i] = squared ? 1.0 / z[i] : 1.0;
@@ -49,9 +49,9 @@ enum mr_status rig_measure_height(const struct rig_marks *marks, struct estimate
     /* y increases downwards in a picture */
     const double off = (dy * px - dx * py) / between * (dx < 0.0 ? -1.0 : 1.0),
                  along = (dx * px + dy * py) / (between * between);
-    /* An error of one end shifts the line at the point in proportion to the distance of the other
-     * end. Only errors along the line change the scale, so shift and scale errors are
-     * independent. */
+    /* An error of one end of the line shifts it, at the point, in proportion to the distance of the
+     * point from the other end. Only errors along the line change the scale, so shift and scale
+     * errors are independent. */
     const double of_off = marks->error * sqrt(1.0 + along * along + (1.0 - along) * (1.0 - along)),
                  of_scale = hypot(distance_ft.error / distance_ft.value,
                                   M_SQRT2 * marks->error / between);

@@ -11,14 +11,14 @@
 #include "host/base/error.h"
 #include "host/base/statistics.h"
 
-#define RIG_RUNWAY_FT 120.0 /* model mat (1973 report, section 2.1) */
+#define RIG_RUNWAY_FT 120.0 /* length of the model mat (1973 report, section 2.1) */
 #define RIG_MATS      420.0
 
-/* Value of y in the next landing at x = `at`, if y (or y^2, with `squared`) is linear in x.
- * Squared: speed of a coasting gear by its height of release, where the track dissipates a fixed
- * share of the energy and drag does not depend on speed. Linear: deceleration without brakes by
- * temperature. MR_TOO_FEW: fewer than three landings, or all x are equal. MR_NUMERICS: the line
- * predicts that the gear does not reach the runway. */
+/* Predicts y in the next landing, for x = `at`, from a line through y over x (with `squared`,
+ * through y^2 over x). y^2 is for the touchdown speed as a function of release height: the track
+ * takes a fixed share of the energy, and drag does not depend on speed. y is for the deceleration
+ * without brakes as a function of temperature. MR_TOO_FEW: fewer than three landings, or all x are
+ * equal. MR_NUMERICS: the line predicts that the gear does not reach the runway. */
 enum mr_status rig_predict_next_landing(const double *x, const double *y, size_t count, double at,
                                         bool squared, struct estimate *predicted,
                                         struct error *error);
@@ -29,9 +29,10 @@ struct rig_marks {
     double x[3], y[3], error;
 };
 
-/* Height of the third point above the straight line through the first two, whose distance gives the
- * scale; negative below the line. Valid if the three points are in one plane that faces the camera.
- * MR_USAGE: the first two are nearer than 20 errors, so the scale is not known. */
+/* Returns the height of the third point above the straight line through the first two, whose
+ * distance gives the scale; negative if below. Valid if the three points are in one plane that
+ * faces the camera. MR_USAGE: the first two points are nearer than 20 errors, so the scale is not
+ * known. */
 enum mr_status rig_measure_height(const struct rig_marks *marks, struct estimate distance_ft,
                                   struct estimate *height_ft, struct error *error);
 

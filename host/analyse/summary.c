@@ -208,8 +208,8 @@ static bool has_missing_samples(const struct measured_channel *channel, enum mr_
     return channel->config.kind == kind && channel->missing_to > channel->missing_from;
 }
 
-/* Lists the channels with the same missing time as channel `c`: "1, 2, 5". Returns false if an
- * earlier channel already listed `c`. */
+/* Lists the channels for which data is missing in the same time as for channel `c`: "1, 2, 5".
+ * Returns false if `c` is in the list of an earlier channel. */
 static bool format_channels_missing_alike(const struct measured *measured, unsigned c, char *out,
                                           size_t size)
 {
@@ -335,7 +335,7 @@ static void add_ready_checks(const struct summary_ready_check ready[SUMMARY_READ
     answer_close_group(answer);
 }
 
-#define HOST_TIME_MAX_US 1e17 /* a time in the year 5138 */
+#define HOST_TIME_MAX_US 1e17 /* largest host time, in the year 5138 */
 
 /* Returns true if time map `a` is better than `b`. Usable maps are better than refused ones. Of two
  * usable maps, CAN is better, because its delay is shorter. Of two refused maps, the refusal with
@@ -528,7 +528,8 @@ void summary_format_switches(const struct measured *measured, char *out, size_t 
                      : snprintf(out, size, "%zu of %zu seen", seen, measured->switch_count);
     const char *before = ", missing ";
     uint64_t unseen = measured->fitted_switches & ~measured->seen_switches;
-    /* the gear may have stopped before reaching the switches beyond the last one seen */
+    /* do not count the switches beyond the last one with an edge: the gear may have stopped before
+     * them */
     unsigned last = measured->seen_switches
                       ? 63u - (unsigned)__builtin_clzll(measured->seen_switches)
                       : 63u;
@@ -560,8 +561,8 @@ static double get_event_time_s(const struct measured *measured, const struct sto
     return (double)(event->board_us - measured->t0_us) / 1e6;
 }
 
-/* Adds "transducer 4 (70.0 ft): stuck, from 2.345 s on" or "... to 3.456 s". The line contains the
- * end of the fault, so events of a channel that is valid again are skipped. */
+/* Adds "transducer 4 (70.0 ft): stuck, from 2.345 s on" or "... to 3.456 s". Events that a channel
+ * is valid again get no line, because the line of the fault contains its end. */
 static void add_channel_fault(const struct summary *summary, size_t i, struct answer *answer)
 {
     const struct measured *measured = &summary->measured;

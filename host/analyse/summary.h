@@ -17,15 +17,15 @@
 #include "host/link/link.h"
 #include "host/store/store.h"
 
-/* Result of `matrig ready` before a landing: the newest check and the newest switch walk of its
- * board, within 12 h before arming. */
+/* Result of `matrig ready` before a landing: the newest check and the newest walk test of its
+ * board, if within 12 h before arming. */
 
 #define SUMMARY_READY_CHECK_COUNT 2
 
 struct summary_ready_check {
     bool is_known;
     bool is_go;
-    double minutes_before_arming; /* age of the result when the landing was armed */
+    double minutes_before_arming; /* age of the result when the board was armed */
     char failed_checks[400];      /* "switch 12: did not answer; ..." */
 };
 
@@ -39,8 +39,8 @@ struct summary_link {
     int64_t lost_frames;     /* frames sent by the board and not received */
     int64_t dropped_frames;  /* frames that the board reports as dropped from its queue */
     int64_t error_count[LINK_FAULT_COUNT]; /* errors that the link itself counted */
-    /* the link was silent from the start, or became silent during the landing: losses cannot be
-     * counted */
+    /* the link was silent from the start or became silent during the landing, so its losses cannot
+     * be counted */
     bool was_silent;
 };
 
@@ -57,7 +57,8 @@ struct summary {
     size_t gap_count;
     struct film film;
     struct braking braking;
-    struct store_time_map clock; /* best clock of the links; `refusal` shows whether it is usable */
+    /* best clock among the links; `refusal` shows whether it can be used */
+    struct store_time_map clock;
     bool is_clock_known;
     struct store_fault *fault;
     size_t fault_count;
@@ -68,23 +69,26 @@ struct summary {
     size_t channel_event_count;
     struct store_fault *restart; /* restarts of the board during the landing */
     size_t restart_count;
-    /* commands from another program, and refused commands; count 1: sent by matrig log itself */
+    /* commands from another program (count 0), and refused commands of matrig log (count 1) */
     struct store_fault *command;
     size_t command_count;
     struct store_fault *key_state; /* states of the board key; code: enum mr_key_state */
     size_t key_state_count;        /* number of states; 0: not reported */
-    struct store_mean mean[MR_QUANTITY_COUNT]; /* means of the messages that the board repeats */
+    /* means over the landing of the quantities that the board sends repeatedly */
+    struct store_mean mean[MR_QUANTITY_COUNT];
     struct summary_ready_check ready_check[SUMMARY_READY_CHECK_COUNT];
-    int64_t duplicate_run;     /* earlier RUN that is a record of the same landing; 0: none */
-    struct record_row outcome; /* is_judged: it was loaded by summary_load_outcome */
+    int64_t duplicate_run; /* earlier RUN of the same landing; 0: none */
+    /* outcome of the landing; is_judged: it was loaded by summary_load_outcome */
+    struct record_row outcome;
 };
 
 enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary,
                             struct error *error);
-/* Loads the outcome of a loaded landing. The report does not need it: it has the whole record. */
+/* Loads the outcome of a loaded landing. The report does not need this, because it loads the whole
+ * record. */
 enum mr_status summary_load_outcome(struct store *store, struct summary *summary,
                                     struct error *error);
-void summary_free(struct summary *summary); /* call also after an error */
+void summary_free(struct summary *summary); /* may also be called after an error */
 
 /* Writes the heading: "RUN 5: landing 5, done". */
 #define SUMMARY_HEADING_SIZE 80
@@ -92,10 +96,10 @@ void summary_format_heading(const struct summary *summary, char out[SUMMARY_HEAD
 /* Adds "uncalibrated" to the JSON: true, false, or null if the configuration was not read. */
 void summary_add_calibration(const struct measured *measured, struct answer *answer);
 /* Adds the whole summary under its heading, with the outcome if it is loaded. The functions below
- * add parts of it, which a page shows in separate sections. */
+ * add single parts, for the sections of a page. */
 void summary_to_answer(const struct summary *summary, struct answer *answer);
-/* Adds what makes the landing doubtful: incomplete, recorded twice, restarted, commands received,
- * or not ready. */
+/* Adds the facts that make the landing doubtful: incomplete, recorded twice, restarted, commands
+ * received, or not ready. */
 void summary_add_alerts(const struct summary *summary, struct answer *answer);
 /* Adds alerts, motion, events, sources of the data, and the board. */
 void summary_add_facts(const struct summary *summary, struct answer *answer);
@@ -117,7 +121,7 @@ void summary_format_link_errors(const int64_t *trouble, char *out, size_t size);
  * object. */
 json_t *summary_link_errors_to_json(const int64_t *trouble);
 
-/* Adds up the gaps of each link: lost frames, dropped frames, silence. */
+/* Sums the gaps of each link: lost frames, dropped frames, silence. */
 void summary_count_gaps(const struct store_gap *gaps, size_t count,
                         struct summary_link link[LINK_KINDS]);
 

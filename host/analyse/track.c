@@ -9,12 +9,12 @@
 #include "host/base/xmalloc.h"
 
 #define PARABOLA_TERMS 3u
-#define SPEED_OFFSET_S 1e-3 /* time from a gate over which the speed at the gate is computed */
+#define SPEED_OFFSET_S 1e-3 /* the speed at a gate is computed over this time from the gate */
 #define MIN_HALF_POWER (-16)
 #define MAX_HALF_POWER 6
 
-/* Returns the covariance of the station at two times since the first gate, for q = 1: the integral
- * over u of (s - u)^2 (t - u)^2 / 4. */
+/* Returns the covariance of the stations at times a and b since the first gate, for q = 1: the
+ * integral over u, up to the smaller of a and b, of (a - u)^2 (b - u)^2 / 4. */
 static double compute_covariance(double a_s, double b_s)
 {
     double s = fmin(a_s, b_s), d = fabs(a_s - b_s);
@@ -26,7 +26,8 @@ static double compute_parabola_term(double t_s, size_t n)
     return n == 0 ? 1.0 : n == 1 ? t_s : t_s * t_s;
 }
 
-/* Fills the matrix of universal kriging: covariances, bordered by the terms of the parabola. */
+/* Fills the matrix of universal kriging: the covariances, with the terms of the parabola as
+ * additional rows and columns. */
 static size_t fill_kriging_matrix(const struct track *track, const struct track_model *model,
                                   double system[TRACK_MATRIX_SIZE][TRACK_MATRIX_SIZE])
 {
@@ -90,9 +91,9 @@ static bool invert_matrix(double a[TRACK_MATRIX_SIZE][TRACK_MATRIX_SIZE], size_t
     return true;
 }
 
-/* Returns minus twice the restricted log likelihood, up to a constant. The bordered determinant is
- * |S| |X' S^-1 X|; y' P y is the generalised sum of squares, P the upper left part of the
- * inverse. */
+/* Returns minus twice the restricted log likelihood, up to a constant. S: covariances, X: terms of
+ * the parabola, y: stations. The determinant of the whole matrix is |S| |X' S^-1 X|; the
+ * generalised sum of squares is y' P y, where P is the upper left part of the inverse. */
 static double compute_deviance(const struct track *track, struct track_model *model)
 {
     double system[TRACK_MATRIX_SIZE][TRACK_MATRIX_SIZE], log_determinant, squares = 0.0;
@@ -106,7 +107,7 @@ static double compute_deviance(const struct track *track, struct track_model *mo
     return log_determinant + squares;
 }
 
-/* Stores a model if it is among the likeliest. `unlikely` has the deviance of each entry of
+/* Stores a model if it is among the most likely ones. `unlikely` has the deviance of each entry of
  * track->model. */
 static void keep_likeliest_models(struct track *track, const struct track_model *model,
                                   double unlikeliness_now, double unlikely[TRACK_MODELS_MAX])
@@ -125,8 +126,8 @@ static void keep_likeliest_models(struct track *track, const struct track_model 
     unlikely[place] = unlikeliness_now;
 }
 
-/* Searches a grid of models: q in half powers of ten, ripples from 0 to many times the gates'
- * error. */
+/* Searches a grid of models: q in steps of half a power of ten, ripple from 0 to a large multiple
+ * of the gates' error. */
 static void select_models(struct track *track)
 {
     static const double ripples[] = {0.0, 0.7, 1.4, 2.8, 5.6, 11.2};
@@ -148,7 +149,8 @@ static void select_models(struct track *track)
         track->model[m].weight /= sum;
 }
 
-/* Predicts the station by one model, between the first and the last gate. Returns the variance. */
+/* Predicts the station with one model, at a time between the first and the last gate. Returns the
+ * variance. */
 static double predict_station(const struct track *track, const struct track_model *model,
                               double since_s, double *station_ft)
 {
@@ -166,7 +168,7 @@ static double predict_station(const struct track *track, const struct track_mode
         if (i < track->gate_count)
             *station_ft += weight * track->station_ft[i];
     }
-    /* the ripple is real motion and exists between gates too */
+    /* the ripple is real motion, which exists between gates too */
     return fmax(variance, 0.0) + model->ripple_ft * model->ripple_ft;
 }
 
@@ -192,7 +194,7 @@ static struct track_moment make_gate_moment(const struct track *track, double t_
 }
 
 /* Returns the standard error due to the rise of the brake (common/gates.h: delay d, shape k), which
- * displaces the track by 0 to a d^2 (1 + k) / 2. */
+ * shifts the position by 0 to a d^2 (1 + k) / 2. */
 static double compute_brake_error_ft(double deceleration_ft_s2)
 {
     const double d = MR_BRAKE_DELAY_S, e = MR_BRAKE_DELAY_ERROR_S;
@@ -273,13 +275,13 @@ struct mr_estimate track_compute_station(const struct track *track, double t_s)
 
 /* ---- the film ---- */
 
-/* largest gap in periods, because damaged times may give any value */
+/* largest gap in periods, because damaged data may contain any time */
 #define GAP_PERIODS_MAX       1e9
-/* number of steps on each side that are in the median; up to half of them may be gaps */
+/* number of steps on each side that are included in the median; up to half of them may be gaps */
 #define MEDIAN_STEPS_PER_SIDE 7u
 
-/* Returns the median of the steps from `from` to `to`. Of two middle steps it is the shorter one,
- * because a longer step may be a gap of several periods. */
+/* Returns the median of the steps from `from` to `to`. Of two middle steps it takes the shorter
+ * one, because the longer one may be a gap of several periods. */
 static double find_median_step(const double *t_us, size_t from, size_t to)
 {
     double step_us[2 * MEDIAN_STEPS_PER_SIDE + 1];
@@ -316,8 +318,8 @@ static void set_frame_numbers(struct film *film)
     free(number);
 }
 
-/* Adds a frame, in order of pulses. Skips a pulse whose time is unknown or not later than the
- * previous one. */
+/* Adds a frame; call in order of the pulses. Ignores a pulse whose time is unknown or not later
+ * than that of the previous one. */
 static void add_frame(struct film *film, const struct measured *measured, const struct track *track,
                       const struct store_film_frame *row)
 {

@@ -4,16 +4,16 @@
  * gates, the true position deviates from it by more than its error. The model here, from the first
  * gate beyond touchdown to the last, is a parabola whose deceleration varies randomly: its
  * derivative is white noise of intensity q. A ripple is added to the station for changes faster
- * than the gate spacing; ripple values at different times are independent. The intensity q and the
- * size of the ripple are determined from the gates, whose errors are the switches' tolerance: pairs
- * of the two on a grid are weighted by their restricted likelihood. For each pair, the best linear
- * unbiased estimate of the station (universal kriging; a smoothing spline of degree five) runs
- * through the gates within their errors, and its standard error grows between them. The result is
- * the weighted mean over the pairs, with the variance within and between them.
+ * than the gate spacing; ripple values at different times are independent. The errors of the gates
+ * are the tolerance of the switches. Pairs of intensity q and ripple size on a grid are weighted by
+ * their restricted likelihood. For each pair, the best linear unbiased estimate of the station
+ * (universal kriging; a smoothing spline of degree five) is computed; its standard error is larger
+ * between gates. The result is the weighted mean over the pairs, with the variance within and
+ * between them.
  *
- * At both ends a cubic connects the estimate to touchdown and stop, and the error changes smoothly
+ * Cubics connect the estimate to touchdown and stop at both ends, where its error changes gradually
  * to theirs. Before touchdown the speed is constant (report 2.4), back to the first edge; after the
- * stop the gear rests. Pure functions. */
+ * stop the gear is at rest. Pure functions. */
 #ifndef MATRIG_HOST_ANALYSE_TRACK_H
 #define MATRIG_HOST_ANALYSE_TRACK_H
 
@@ -31,7 +31,7 @@ struct track_moment {
 
 struct track {
     bool is_known;
-    double start_s; /* first edge, or touchdown; before it, the station is not known */
+    double start_s; /* time from which on the station is known: first edge, or touchdown */
     struct track_moment touchdown, first_gate, last_gate, stop;
     double speed_error_ft_s; /* standard error of the speed at touchdown */
     size_t gate_count;       /* number of gates */
@@ -58,7 +58,7 @@ struct mr_estimate track_compute_station(const struct track *track, double t_s);
  * Frames are numbered from 1, the first pulse of the landing. A missing pulse (not sent by the
  * camera, or lost on every link) leaves a gap in time. The next frame number is then increased by
  * the number of mean periods that fit into the gap. The period is taken from the steps around the
- * gap, because a camera may run up or drift. */
+ * gap, because the rate of a camera may rise at first or drift. */
 struct film_frame {
     int64_t number;
     int64_t board_pulse_count; /* the board's own count of pulses */
@@ -72,7 +72,7 @@ struct film {
     struct film_frame *frame;
     size_t frame_count;
     double rate_hz;              /* mean frame rate; NaN: fewer than two frames */
-    int64_t missing_frame_count; /* frames without a pulse between the first and the last */
+    int64_t missing_frame_count; /* number of missing pulses between the first and the last frame */
 };
 
 /* The caller releases the film with film_free, also after an error. A landing without a camera has

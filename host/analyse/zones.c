@@ -16,7 +16,7 @@ double zones_time_s(const struct measured *measured, const struct store_zone *zo
     return measured_block_time_s(measured, zone->block);
 }
 
-/* size of a time as text, for example "2.824 s after touchdown" */
+/* bytes of a text for a time, for example "2.824 s after touchdown" */
 #define MOMENT_TEXT_SIZE 60
 static const char *format_moment(double t_s, const char *origin, char out[MOMENT_TEXT_SIZE])
 {
@@ -53,7 +53,7 @@ static struct zone_warning find_first_warning(const struct measured *measured,
     return warning;
 }
 
-/* Loads what the predictor stated in the block of the first warning. */
+/* Loads the message of the predictor that belongs to the block of the first warning. */
 static enum mr_status load_warning_reason(struct store *store, const struct measured *measured,
                                           struct zones *zones, struct error *error)
 {
@@ -105,7 +105,8 @@ static void find_warning(const struct measured *measured, struct zones *zones)
     }
 }
 
-#define PAUSE_MAX_BLOCKS 100 /* duration of two zone messages; a longer pause may hide a warning */
+/* twice the interval of zone messages; during a longer pause, a warning may have been missed */
+#define PAUSE_MAX_BLOCKS 100
 
 /* Summarizes the zone messages `row`, which must be sorted by time. */
 static struct zones_completeness compute_completeness(const struct measured *measured,
@@ -173,10 +174,11 @@ enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_
     return status;
 }
 
-/* remaining slack of a segment whose joints are all closed, to 0.001 in each */
+/* largest remaining slack of a segment whose joints are all closed (to 0.001 in each) */
 #define ALL_CLOSED_IN 0.009f
 
-/* Returns the end of a run of closed segments up to, but without, segment `end`. */
+/* Returns the station at which a run of closed segments ends; `end` is the first segment that does
+ * not belong to it. */
 static double find_run_end_ft(const float *slack_in, const float *remaining_in, unsigned end)
 {
     unsigned last = end - 1;
@@ -335,7 +337,7 @@ bool zones_format_earlier_warning_doubt(const struct zones *zones, char out[ZONE
     return w->was_warned && zones_format_missed_warning_doubt(&zones->received, w->t_s, out);
 }
 
-/* Adds whether and when a warning was given, and notes if the record may lack a warning. */
+/* Adds whether and when the board warned, and a note if the record may lack a warning. */
 static void add_whether_warned(const struct zones *zones, struct answer *answer)
 {
     const struct zone_warning *w = &zones->warning;
@@ -419,8 +421,8 @@ bool zones_format_missed_warning_doubt(const struct zones_completeness *received
 
 /* ---- inputs of the predictor ---- */
 
-/* after arming, the transducers' zeros are determined first (0.2 s), so missing transducers are
- * ignored */
+/* for this time after arming, missing transducers are ignored, because their zeros are being
+ * determined (0.2 s) */
 #define SETTLING_BLOCKS 500
 
 static void extend_condition_span(struct predictor_span *span, double t_s)
@@ -430,8 +432,8 @@ static void extend_condition_span(struct predictor_span *span, double t_s)
     span->to_s = t_s;
 }
 
-/* Missing motion counts only at the kinematic level, because no motion is expected before the first
- * switches. */
+/* Updates the conditions from a message of the predictor. Missing motion counts only at the
+ * kinematic level, because there is none before the first switches. */
 static void update_conditions(struct predictor_inputs *inputs, const struct store_prediction *row,
                               double t_s)
 {

@@ -14,7 +14,8 @@
 /* The times of this struct are t_s of the landing. */
 struct zones_completeness {
     bool has_messages; /* at least one zone message was received */
-    bool begins_late;  /* the first message was received late: the record begins after arming */
+    /* the first message was received late, because the record begins after arming */
+    bool begins_late;
     bool has_end;
     double first_s, last_s;
     double pause_from_s, pause_to_s; /* longest pause between two zone messages; NaN: none */
@@ -29,13 +30,13 @@ bool zones_format_missed_warning_doubt(const struct zones_completeness *received
 
 struct zone_warning {
     bool was_warned;
-    /* The next fields are the state at the first warning. Its time is that of the decision, by the
-     * board's clock: the start of the block that led to the warning, which is also the time stamp
-     * of the frame. The board switches on the lamp and sends the frame when the block is complete,
-     * 1 ms later. summary.h has the time at which the frame was received. */
+    /* The next fields describe the first warning. Its time, by the board's clock, is the start of
+     * the block that led to it, which is also the time stamp of the frame. The board switches on
+     * the lamp and sends the frame when the block is complete, 1 ms later. summary.h has the time
+     * at which the frame was received. */
     int64_t block;
-    /* Time since touchdown, as shown by log, report and make series. The live page has no fit yet
-     * and shows the block. */
+    /* Time since touchdown, as shown by log and report and in series. The live page, which has no
+     * fit yet, shows the block instead. */
     double t_s;
     int64_t mats;
     double start_ft, end_ft;
@@ -45,21 +46,21 @@ struct zone_warning {
      * by an older board. */
     int64_t reason, level;
     double start_error_ft, end_error_ft; /* standard errors */
-    int64_t predicted_mats;              /* longest zone that the predictor expects */
-    double predicted_wheel_ft;           /* predicted wheel position at that zone */
+    int64_t predicted_mats;              /* length of the longest zone that the predictor expects */
+    /* station of the wheel at which the predictor expects that zone */
+    double predicted_wheel_ft;
     /* time from the warning until the wheel reached predicted_wheel_ft; NaN: it stopped before */
     double predicted_wheel_after_s;
-    /* The zone of the warning: the longest run reported while the warning was on. */
+    /* Zone of the warning: the longest run of closed mats reported during the warning. */
     int64_t longest_mats;
     double longest_start_ft, longest_end_ft;
-    bool is_path_known; /* the path of the wheel up to the stop is known */
-    /* The first predicted time to the zone that the board sent with a warning, and the actual
-     * time. */
+    bool is_path_known; /* the path of the wheel is known up to the stop */
+    /* The first time to the zone that the board predicted during a warning, and the actual time. */
     double predicted_lead_s; /* predicted time to the zone; NaN: never sent */
     double predicted_lead_t_s;
-    double predicted_lead_start_ft; /* start of the zone at predicted_lead_t_s */
-    /* actual time until the wheel reached predicted_lead_start_ft; NaN: it stopped before, or
-     * the time is not known */
+    double predicted_lead_start_ft; /* start of the zone in the message with predicted_lead_s */
+    /* actual time until the wheel reached predicted_lead_start_ft; NaN: it stopped before, or the
+     * time is not known */
     double actual_lead_s;
 };
 
@@ -76,7 +77,7 @@ void zones_free(struct zones *zones);
 /* Adds the first warning. `watched`: a board was connected that could have
  * warned. */
 void zones_to_answer(const struct zones *zones, bool watched, struct answer *answer);
-/* Adds whether and when the board warned, as text for people. */
+/* Adds whether and when the board warned, only as text. */
 void zones_add_whether_warned(const struct zones *zones, bool watched, struct answer *answer);
 /* Writes the reason why a warning before the first recorded one may have been missed. Returns false
  * if there is no reason, or no warning. */
@@ -93,18 +94,20 @@ enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_
 
 /* A segment counts as closed if its remaining slack is below this limit, in inches: nine joints
  * closed to 0.001 in each, the survey's error of 0.005 in, and 0.016 in of open joints. The board's
- * limit (common/closure.h) is twice as large, because a board must not miss a zone. Of zones that
- * were measured so, it makes the lengths too large by 16 mats in the median (tests/score/outcome.c). */
+ * limit (common/closure.h) is twice as large, because a board must not miss a zone. If zones are
+ * measured with the board's limit, their lengths are too large by 16 mats (median;
+ * tests/score/outcome.c). */
 #define ZONES_CLOSED_SEGMENT_MAX_IN 0.03f
 /* Standard error of the length of a measured zone, and of an end that is not at the wheel, in mats:
  * 68 % of the errors are smaller, 90 % are below 30 mats (tests/score/outcome.c). */
 #define ZONES_ERROR_MATS            10
 
 /* Finds the longest run of closed segments that ends ahead of the wheel; of equally long runs, the
- * nearest. A run that contains the wheel begins at the wheel. A run ends inside a segment that
- * closed only in part: movement closes joints from the upfield end, so of such a segment the same
- * share of joints is closed as of its slack. `slack_in` is the slack before the movement, and
- * `remaining_in` the slack that is left (MR_SEGMENTS values each; NaN: not known). */
+ * nearest. A run that contains the wheel begins at the wheel. A run may end inside a segment that
+ * closed only partly: movement closes joints from the upfield end, so the fraction of its joints
+ * that are closed equals the fraction of its slack that is used up. `slack_in` is the slack before
+ * the movement, and `remaining_in` the slack that is left (MR_SEGMENTS values each; NaN: not
+ * known). */
 void zones_find_closed_run(const float *slack_in, const float *remaining_in, double wheel_ft,
                            struct mr_closure_zone *zone);
 /* Computes the remaining slack of each segment and the longest run of closed segments at a sample
@@ -113,8 +116,8 @@ void zones_find_closed_segments(const struct measured *measured, const struct zo
                                 size_t sample, float remaining_in[MR_SEGMENTS],
                                 struct mr_closure_zone *zone);
 
-/* Inputs of the board's predictor in a landing: the runway with which it started, and the inputs
- * that were missing. */
+/* Inputs of the board's predictor in a landing: the runway with which it began, and inputs that
+ * were missing. */
 
 enum predictor_condition {
     PREDICTOR_WITHOUT_TRANSDUCERS,
@@ -138,13 +141,14 @@ struct predictor_inputs {
     double resistance_ratio;
     struct predictor_span condition_span[PREDICTOR_CONDITION_COUNT];
     int64_t worst_level; /* simplest model that the predictor had to use */
-    /* last reason why a transducer was excluded; 0: it was never excluded */
+    /* reason for which a transducer was last excluded; 0: it was never excluded */
     unsigned exclusion_reason[MR_TRANSDUCERS];
-    /* time in which a transducer was excluded, as reported once a second and on change */
+    /* time during which a transducer was excluded; reported once a second and on change */
     struct predictor_span excluded_span[MR_TRANSDUCERS];
-    bool is_still_excluded[MR_TRANSDUCERS]; /* still excluded at the last report */
+    /* the transducer was still excluded in the last report */
+    bool is_still_excluded[MR_TRANSDUCERS];
     double max_risk, max_risk_s; /* largest risk and its time; NaN: no risk was reported */
-    unsigned risk_basis;         /* basis of the prediction of the largest risk */
+    unsigned risk_basis;         /* bit mask of the data on which the largest risk was based */
     double off_plan_s;           /* time from which the landing was off plan; NaN: never */
     bool is_chart_outdated;
 };

@@ -1,4 +1,4 @@
-/* The campaign's sections: one row per landing, sums over landings, advice, observations and
+/* Sections about the campaign: one row per landing, sums over landings, advice, observations and
  * notes. */
 #include <math.h>
 #include <stdlib.h>
@@ -18,7 +18,7 @@ static const double not_known = (double)NAN;
 
 /* ---- one row per landing ---- */
 
-/* Two columns, "start of zone" and "end of zone"; dashes if unknown. */
+/* Adds the columns "start of zone" and "end of zone"; dashes if they are not known. */
 static void add_zone_ends(struct answer *answer, const char *label, bool known, double start_ft,
                           double end_ft)
 {
@@ -62,7 +62,7 @@ static void add_summary_row(const struct report_facts *facts, struct answer *ans
     answer_count(answer, NULL, "frames lost", facts->lost_frames);
 }
 
-/* Print a table with the rows that `row` adds for each landing. */
+/* Writes a table with the rows that `row` adds for each landing. */
 static void write_landings_table(const struct report *report, FILE *out, const char *note,
                                  void (*row)(const struct report_facts *facts,
                                              struct answer *answer))
@@ -95,17 +95,17 @@ static void write_summary(const struct report *report, FILE *out)
 
 /* ---- cumulative displacement (figs. 4.5, 4.6, 5.2 of the 1973 report) ---- */
 
-/* maximum number of lines with a separate name and style; the others are thin */
+/* maximum number of lines with a name and a style of their own; further lines are thin */
 #define NAMED_PROFILES_MAX 8u
 
-/* One value per transducer. NaN: unknown. */
+/* one value per transducer; NaN: not known */
 struct profile {
     char name[90];
     double station[MR_TRANSDUCERS], value[MR_TRANSDUCERS], error[MR_TRANSDUCERS];
 };
 
-/* The displacement after a landing: that of the landing plus the sum `before` it (NULL: 0). With
- * `peak`: the peak movement of the landing. */
+/* Makes the displacement after a landing: that of the landing plus `before`, the sum over earlier
+ * landings (NULL: 0). With `peak`: the peak displacement of the landing. */
 static void make_displacement_profile(const struct report_facts *facts,
                                       const struct profile *before, bool peak,
                                       struct profile *profile)
@@ -121,7 +121,7 @@ static void make_displacement_profile(const struct report_facts *facts,
     }
 }
 
-/* Draws the profiles. Labels are spread evenly over them, and the last profile has one. */
+/* Draws the profiles. Evenly spaced profiles and the last one get labels. */
 static void draw_profiles(FILE *out, const struct profile *profiles, size_t count, const char *what,
                           const char *title, const char *caption, bool si)
 {
@@ -178,7 +178,7 @@ static const char *series_name(const struct report_facts *facts)
     return facts->series.id ? facts->series.name : "none named";
 }
 
-/* Number of consecutive landings in one series, from `first`. */
+/* Returns the number of consecutive landings in one series, beginning with `first`. */
 static size_t count_series_landings(const struct report *report, size_t first)
 {
     size_t count = 1;
@@ -188,8 +188,8 @@ static size_t count_series_landings(const struct report *report, size_t first)
     return count;
 }
 
-/* How many landings of a series a landing adds to: those before it, or those before the landing
- * that began on the same runway. */
+/* Returns the number of earlier landings of the series to which a landing adds: those before it or,
+ * if its runway was restored, those before the landing that began on the same runway. */
 static size_t count_landings_before(const struct report_facts *series, size_t at)
 {
     for (size_t i = 0; i < at; i++) {
@@ -281,7 +281,7 @@ struct zone_rows {
     struct figure *figure;
 };
 
-/* Names of the rows of a plot; the first landing is at the top. */
+/* Returns the name of row i of a plot; the first landing is at the top. */
 static const char *zone_row_name(void *context, size_t i)
 {
     static char name[30];
@@ -290,7 +290,7 @@ static const char *zone_row_name(void *context, size_t i)
     return name;
 }
 
-/* A bar in a third of a row. */
+/* Draws a bar in one third of a row. */
 static void draw_bar(const struct zone_rows *rows, double top, unsigned third, const char *kind,
                      double from_ft, double to_ft)
 {
@@ -496,7 +496,7 @@ static void write_comparisons(const struct report *report, FILE *out)
         sum += mean->sample_count * mean->bias_in;
         squares += mean->sample_count * mean->rms_in * mean->rms_in;
     }
-    if (rows > 1) { /* all landings, weighted by their samples */
+    if (rows > 1) { /* add a row for all landings, weighted by their numbers of samples */
         answer_open_row(answer);
         answer_words(answer, NULL, "RUN", "all");
         answer_value(answer, NULL, "mean difference", UNIT_DISPLACEMENT, sum / samples, 4);
@@ -566,7 +566,7 @@ static void write_predictor(const struct report *report, FILE *out)
             add_predictor_row);
 }
 
-/* "1.6 (1.2 to 1.6)" */
+/* Adds a lead time such as "1.6 (1.2 to 1.6)". */
 static void add_lead_time(const struct record_row *row, struct answer *answer)
 {
     const char *label = "lead time, about (s)";
@@ -641,8 +641,8 @@ static void write_warnings(const struct report *report, FILE *out)
 
 /* ---- advice ---- */
 
-/* The landing that an advice was recorded for: the first landing after it. NULL: it is still to
- * come, or not in this report. */
+/* Returns the first landing after an advice, to which the advice applies. NULL: it has not taken
+ * place yet, or is not in this report. */
 static const struct report_facts *find_landing_after(const struct report *report,
                                                      const struct store_advice *advice)
 {
@@ -653,7 +653,7 @@ static const struct report_facts *find_landing_after(const struct report *report
     return NULL;
 }
 
-/* `facts`: the landing; NULL: none yet. */
+/* Adds a row for an advice. `facts`: its landing; NULL: none yet. */
 static void add_advice_row(const struct store_advice *advice, const struct report_facts *facts,
                            size_t number, const char *reason, struct answer *answer)
 {
@@ -686,7 +686,7 @@ static void add_advice_row(const struct store_advice *advice, const struct repor
     answer_words(answer, NULL, "reason", "%s", reason);
 }
 
-/* A row for each landing on the runway of the advice. */
+/* Adds a row for each landing that began on the runway of the advice. */
 static void add_advice_rows(const struct report *report, const struct store_advice *advice,
                             size_t number, struct answer *answer)
 {
@@ -789,7 +789,7 @@ static void write_journal(const struct report *report, FILE *out)
 
 #define HOUR_US 3600e6
 
-/* Rows of the first board only, and their times in hours. Returns how many. */
+/* Selects the rows of the first board, and computes their times in hours. Returns their number. */
 static size_t select_board_rows(const struct store_slow *rows, size_t count, double *hours)
 {
     size_t n = 0;

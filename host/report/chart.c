@@ -9,11 +9,12 @@
 #include "host/base/html.h"
 #include "host/base/xmalloc.h"
 
-#define COLUMNS_FULL_WIDTH 120u /* columns of a plot in a row of its own */
+#define COLUMNS_FULL_WIDTH 120u /* number of columns of a plot that has a row of its own */
 #define COLUMNS_SHARED_ROW 80u
-#define COORDINATE_STEPS   2500.0 /* steps of a coordinate across the plot: finer than a pixel */
+/* number of steps of a coordinate across the plot, finer than a pixel */
+#define COORDINATE_STEPS   2500.0
 #define DECIMALS_MAX       9
-/* height of title, label and margin of a plot; the page reserves it until the plot is drawn */
+/* height of title, label and margin of a plot, which the page reserves until the plot is drawn */
 #define MARGIN_PX          40u
 
 /* ---- JSON inside <script> ---- */
@@ -37,7 +38,7 @@ static void put_json_text_member(FILE *out, const char *name, const char *text)
     put_json_text(out, text ? text : "");
 }
 
-/* "displacement (in)"; "" if the axis has no name. */
+/* Writes the axis label, such as "displacement (in)"; "" if the axis has no name. */
 static void put_axis(FILE *out, const char *name, const char *what, const struct unit *unit)
 {
     char label[CHART_LABEL_SIZE] = "";
@@ -54,7 +55,8 @@ static void put_number(FILE *out, double value)
         fputs("null", out);
 }
 
-/* Faster than fprintf: a page of 400 landings has about ten million integers. */
+/* Writes an integer. Faster than fprintf, because a page of 400 landings has about ten million
+ * integers. */
 static void put_integer(FILE *out, int64_t value)
 {
     char digits[24];
@@ -74,8 +76,8 @@ struct points {
     size_t *index, count;
 };
 
-/* Points of a column that are kept: the lowest, the highest, and one gap, so that gaps stay
- * visible. They stay in order, and each occurs once. */
+/* Keeps points of a column: the lowest, the highest, and one gap, so that gaps remain visible. The
+ * points keep their order, and each is kept once. */
 static void keep_column_points(struct points *kept, const double *y, size_t from, size_t to)
 {
     size_t least = to, most = to, hole = to;
@@ -93,7 +95,7 @@ static void keep_column_points(struct points *kept, const double *y, size_t from
     }
 }
 
-/* Thin a series to columns of equal width in x. */
+/* Reduces a series to the given number of columns of equal width in x. */
 static struct points thin_series(const struct chart_series *s, size_t columns)
 {
     struct points kept = {xmalloc((s->count + 1) * sizeof *kept.index), 0};
@@ -133,8 +135,8 @@ static int choose_decimals(const struct chart_series *s, const double *values, d
     return decimals < 0 ? 0 : decimals > DECIMALS_MAX ? DECIMALS_MAX : decimals;
 }
 
-/* Write the number of decimals, then integers. Each integer is the difference from the previous
- * one, which is short because curves are smooth. */
+/* Writes the number of decimals, then integers. Each integer is the difference from the previous
+ * value, which is short because curves are smooth. */
 static void put_values(FILE *out, const char *name, const struct points *kept, const double *values,
                        double factor, int decimals)
 {

@@ -1,4 +1,4 @@
-/* Sections of a landing: facts, motion of the gear, movement of the mat, tension of the bands,
+/* Sections about a landing: facts, motion of the gear, movement of the mat, tension of the bands,
  * health of the instrument. */
 #include <inttypes.h>
 #include <math.h>
@@ -203,9 +203,9 @@ static void write_speed(const struct report *report, const struct report_landing
 
 /* ---- the mat ---- */
 
-/* Readings of a channel between two times. x is the time, the wheel's station, or the distance
- * of the transducer ahead of the wheel (between SHOWN_BEHIND_WHEEL_FT and SHOWN_AHEAD_OF_WHEEL_FT).
- * The caller frees x. */
+/* Readings of a channel between two times. Depending on the axis, x is the time, the station of the
+ * wheel, or the distance of the transducer ahead of the wheel (between SHOWN_BEHIND_WHEEL_FT and
+ * SHOWN_AHEAD_OF_WHEEL_FT). The caller frees x. */
 enum trace_axis { TRACE_OVER_TIME, TRACE_OVER_WHEEL_STATION, TRACE_OVER_DISTANCE_AHEAD };
 #define SHOWN_BEHIND_WHEEL_FT   30.0
 #define SHOWN_AHEAD_OF_WHEEL_FT 50.0
@@ -245,7 +245,7 @@ static void draw_trace(struct figure *figure, const char *name, unsigned look, c
     free(trace.x);
 }
 
-/* " (LV-1023)": the sensor named in the configuration; "": none. */
+/* Writes the sensor that the configuration names, " (LV-1023)"; "": none. */
 #define SENSOR_TEXT_SIZE 20
 static const char *sensor_text(const struct report_landing *landing, unsigned channel,
                                char out[SENSOR_TEXT_SIZE])
@@ -296,8 +296,8 @@ static void write_movement(const struct report *report, const struct report_land
                "downfield is positive. Compare fig. 2.13 of the 1973 report.");
 }
 
-/* Draw displacement against distance from the wheel, only while the gear rolls: the distance is
- * constant after the stop. */
+/* Draws the displacement over the distance from the wheel, only while the gear rolls: after the
+ * stop the distance is constant. */
 static void write_movement_by_wheel_distance(const struct report *report,
                                              const struct report_landing *landing, FILE *out)
 {
@@ -339,11 +339,11 @@ static void write_movement_by_wheel_distance(const struct report *report,
 
 /* ---- the zone map ---- */
 
-#define CHECK_PERIOD_BLOCKS   20 /* blocks between two checks for closed segments */
+#define CHECK_PERIOD_BLOCKS   20 /* number of blocks between two checks for closed segments */
 #define ZONE_MAP_AFTER_STOP_S 0.8
 
-/* Draw a rectangle for a segment that is closed from one check to the next. Segments ahead of the
- * wheel are drawn stronger than those behind it. */
+/* Draws a rectangle for a segment that is closed, from one check to the next. Segments ahead of the
+ * wheel have a stronger colour than those behind it. */
 static void draw_closed_segment(struct figure *figure, const struct report_landing *landing,
                                 unsigned segment, double from_s, double to_s)
 {
@@ -467,7 +467,7 @@ static void write_zone_map(const struct report *report, const struct report_land
 
 /* ---- the predictor ---- */
 
-/* Draw one rectangle for consecutive messages with the same zone. */
+/* Draws one rectangle for consecutive messages with the same zone. */
 static void draw_reported_zones(struct figure *figure, const struct zones *zones,
                                 const struct measured *measured)
 {
@@ -591,7 +591,7 @@ static void write_tensions(const struct report *report, const struct report_land
     figure_end(&figure, NULL, "Tension against time at each station, unfiltered.");
 }
 
-/* Gages of a band, sorted by station; returns how many. */
+/* Finds the gages of a band, sorted by station; returns their number. */
 static size_t find_band_gages(const struct measured *measured, unsigned band,
                               const struct measured_channel *gage[MR_GAGES])
 {
@@ -610,7 +610,7 @@ static size_t find_band_gages(const struct measured *measured, unsigned band,
     return count;
 }
 
-/* Writes the largest fall and rise of the tension along each band. */
+/* Writes the largest fall and the largest rise of the tension along each band. */
 static void write_tension_extremes(const struct report *report,
                                    const struct report_landing *landing, FILE *out)
 {
@@ -708,7 +708,7 @@ static void write_comparison_text(FILE *out, const struct compare_figures *figur
     fputs(".</strong></p>\n", out);
 }
 
-/* Every `step`-th sample from touchdown to the end of the simulation. */
+/* Draws every `step`-th sample from touchdown to the end of the simulation. */
 static void draw_compared_signal(struct figure *figure, const struct compare_curves *curves,
                                  size_t samples, bool simulated)
 {

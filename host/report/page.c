@@ -33,7 +33,7 @@ static void put_asset(FILE *out, const char *path)
     fwrite(asset->bytes, 1, (size_t)(asset->end - asset->bytes), out);
 }
 
-/* Content security policy: the page loads nothing and runs its own scripts only. */
+/* Writes the content security policy: the page loads nothing and runs only its own scripts. */
 static void put_security_policy(FILE *out)
 {
     SHA2_CTX hash;
@@ -57,7 +57,8 @@ const char *report_database_name(const struct report *report)
     return strrchr(report->path, '/') ? strrchr(report->path, '/') + 1 : report->path;
 }
 
-/* Number of landings of emulated boards; of[i] (NULL: not needed) is true for these. */
+/* Returns the number of landings of emulated boards. Sets of[i] to true for these landings (`of`
+ * NULL: not needed). */
 static size_t count_emulated(const struct report *report, bool *of)
 {
     size_t count = 0;
@@ -83,7 +84,7 @@ static void put_page_head(FILE *out, const struct report *report)
     fputs(" \xc2\xb7 matrig report</title>\n<style>", out);
     put_asset(out, "/dygraph.css");
     put_asset(out, "/report.css");
-    if (count_emulated(report, NULL)) /* shown on every printed sheet */
+    if (count_emulated(report, NULL)) /* a note that appears on every printed sheet */
         fputs("@page{@top-center{content:\"EMULATED BOARD, SYNTHETIC DATA\";font:bold 9pt "
               "sans-serif}}",
               out);
@@ -116,7 +117,7 @@ static void end_fact(FILE *out)
     fputs("</dd></div>\n", out);
 }
 
-/* "not entered", and the command that enters it. */
+/* Writes a missing value: "not entered", and the command that enters it. */
 static void put_missing_value(FILE *out, const char *word, const char *how)
 {
     fprintf(out, "%s <small>", word);
@@ -124,7 +125,7 @@ static void put_missing_value(FILE *out, const char *word, const char *how)
     fputs("</small>", out);
 }
 
-/* A text of the landings; each different text is listed once, in the order of the landings. */
+/* A text that landings have; each different text is listed once, in the order of the landings. */
 struct text_fact {
     const char *term;
     size_t offset; /* offset of a string in struct report_facts */
@@ -244,8 +245,8 @@ static void put_landings_fact(const struct report *report, FILE *out)
 
 /* ---- numbers ---- */
 
-/* A number: "35.49 +- 0.02 ft/s" for one landing, "28.00 to 35.49 ft/s" with the largest error for
- * several, and how many are unknown. */
+/* A number that landings have: "35.49 +- 0.02 ft/s" for one landing; for several, "28.00 to 35.49
+ * ft/s" with the largest error, and how many are not known. */
 struct number_fact {
     const char *term;
     size_t offset; /* offset of a struct mr_estimate in struct report_facts */
@@ -426,7 +427,7 @@ static void put_problems_fact(const struct report *report, bool *of, FILE *out)
 
 #define FACT_OFFSET(member) offsetof(struct report_facts, member)
 
-/* The main numbers: speed, deceleration, stop, movement and zone. */
+/* Writes the main numbers: speed, deceleration, stop, movement and zone. */
 static void put_main_numbers(const struct report *report, bool *of, FILE *out)
 {
     static const struct number_fact numbers[] = {
@@ -457,7 +458,8 @@ static void put_outcome_sentence(const struct report_facts *facts, FILE *out)
     fputs("</p>\n", out);
 }
 
-/* Emulated boards replay synthetic landings. The banner shows that the page is not about a test. */
+/* Writes a banner if landings are from emulated boards, which shows that the page is not about a
+ * test. */
 static void put_emulated_banner(const struct report *report, FILE *out)
 {
     bool *of = xcalloc(report->landings + 1, sizeof *of);
@@ -475,7 +477,8 @@ static void put_emulated_banner(const struct report *report, FILE *out)
     free(of);
 }
 
-/* Write the outcome and main numbers of one landing, which the front shows for all landings. */
+/* Writes the outcome and the main numbers of one landing. The front page shows them for all
+ * landings. */
 static void put_landing_summary(const struct report *report, struct report_facts *facts, FILE *out)
 {
     bool of[1];
@@ -485,7 +488,7 @@ static void put_landing_summary(const struct report *report, struct report_facts
     one.run = facts->landing.id;
     put_emulated_banner(&one, out);
     put_outcome_sentence(facts, out);
-    if (report->run) /* the front has these numbers already */
+    if (report->run) /* not here: the front page has these numbers */
         return;
     fputs("<dl class=\"first\">\n", out);
     put_main_numbers(&one, of, out);
@@ -557,7 +560,8 @@ static void put_front_page(const struct report *report, FILE *out)
 
 /* ---- provenance: tool, database, boards, configurations, calibrations, links, records ---- */
 
-/* SOURCE_DATE_EPOCH if it is set, so that the same page can be generated again. */
+/* Returns the time of SOURCE_DATE_EPOCH if it is set, so that the same page can be generated
+ * again. */
 static int64_t get_time_us(void)
 {
     const char *fixed = getenv("SOURCE_DATE_EPOCH");
@@ -576,7 +580,8 @@ static void add_general_facts(const struct report *report, struct answer *answer
                  STORE_VERSION);
     if (stat(report->path, &file) == 0)
         answer_words(answer, NULL, "size", "%lld bytes", (long long)file.st_size);
-    snprintf(log, sizeof log, "%s-wal", report->path); /* with the newest writes, not in the file */
+    /* the newest data is in the journal, not in the file */
+    snprintf(log, sizeof log, "%s-wal", report->path);
     if (stat(log, &file) == 0 && file.st_size)
         return;
     if (SHA256File(report->path, hash))
@@ -618,7 +623,8 @@ static void format_day_number(uint32_t day, char out[20])
     format_day((int64_t)day * SECONDS_PER_DAY * 1000000, out);
 }
 
-/* Sensor and dates of a channel, from the configuration that was read from the board. */
+/* Adds the sensor and the dates of a channel, from the configuration that was read from the
+ * board. */
 static void add_sensor_facts(const struct mr_channel_config *read, int64_t used_day,
                              struct answer *answer)
 {
@@ -635,7 +641,7 @@ static void add_sensor_facts(const struct mr_channel_config *read, int64_t used_
         ->is_warning = expired;
 }
 
-/* The calibration that the landing's readings use. */
+/* Adds the calibration with which the landing's readings are computed. */
 static void add_calibrations(const struct report_landing *landing, struct answer *answer)
 {
     const struct measured *measured = &landing->summary.measured;
@@ -703,7 +709,7 @@ static void write_provenance(const struct report *report, FILE *out)
 
 /* ---- a report ---- */
 
-/* Close a memory stream and return its text; NULL: empty. The caller frees the text. */
+/* Closes a memory stream and returns its text; NULL: the text is empty. The caller frees it. */
 static char *close_memory_stream(FILE *into, char **text, const size_t *size)
 {
     fclose(into);
@@ -735,7 +741,7 @@ static void write_landing(const struct report *report, struct report_facts *fact
     fputs("</section>\n", out);
 }
 
-/* Write all landings, one at a time; each is freed before the next is loaded. */
+/* Writes all landings. Each one is freed before the next is loaded. */
 static void write_landings(struct report *report, FILE *out)
 {
     struct report_landing *landing = xmalloc(sizeof *landing);
@@ -747,7 +753,7 @@ static void write_landings(struct report *report, FILE *out)
     free(landing);
 }
 
-/* Write the sections of the campaign, and their entries in the contents. */
+/* Writes the sections of the campaign, and their entries in the table of contents. */
 static void write_sections(const struct report *report, FILE *contents, FILE *body)
 {
     for (const struct report_section *s = report_sections; s->write; s++) {
@@ -770,7 +776,7 @@ static void write_sections(const struct report *report, FILE *contents, FILE *bo
                 (long long)report->row[i].board_landing);
 }
 
-/* Write the front: all of <main> ahead of the landings. The caller frees it. */
+/* Writes the front page, the part of <main> before the landings. The caller frees the text. */
 static void write_front_page(const struct report *report, char **text, size_t *length)
 {
     char *contents = NULL, *body = NULL;
@@ -797,7 +803,7 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
 {
     char *front = NULL;
     size_t length = 0;
-    /* written first, because the front, which precedes them, shows facts of the landings */
+    /* written first into a file, because the front page, which precedes them, needs their facts */
     FILE *landings = output_open_temporary("the report", error);
     if (!landings)
         return error->status;

@@ -8,7 +8,7 @@
 #include "host/report/chart.h"
 #include "host/report/report.h"
 
-/* The rows of the map, from the bottom: kinds. */
+/* rows of the map, from the bottom up, by kind of record */
 static const char *const rows[] = {"subgrade", "mat", "damage"};
 enum { SUBGRADE, MAT, DAMAGE, ROWS };
 
@@ -18,7 +18,7 @@ static const char *row_name(void *context, size_t i)
     return rows[i];
 }
 
-/* Draws a record: damage covers its length, a record of acceptance covers one mat. */
+/* Draws a record on the map: damage over its length, a record of acceptance over one mat. */
 static void draw_record(struct figure *figure, const struct inspection *entry, unsigned row)
 {
     static const char *const verdicts[] = {NULL, "passed", "closed", "failed"};
@@ -69,7 +69,7 @@ static void draw_map(const struct report *report, FILE *out)
         figure_end(&figure, keys, "Valid records, by station.");
 }
 
-/* Tables of the kinds that belong to landing `run`; 0: to the runway. */
+/* Writes tables of the kinds that belong to landing `run`; 0: to the runway. */
 static void write_tables(const struct report *report, int64_t run, FILE *out)
 {
     const struct inspections *all = &report->records;

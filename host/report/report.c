@@ -1,5 +1,5 @@
-/* Contents of a report: one landing with its series at a time, and the facts of each landing for
- * the front of the page. */
+/* Contents of a report: the landings with their samples, one at a time, and the facts of each
+ * landing for the front page. */
 #include <math.h>
 #include <sha2.h>
 #include <stdlib.h>
@@ -160,7 +160,7 @@ static unsigned find_problems(const struct summary *summary, const struct report
 
 /* ---- all facts ---- */
 
-/* Set a digest that is equal for landings with the same calibration. */
+/* Sets a digest that is equal for landings with the same calibration. */
 static void set_calibration(const struct report_landing *landing, struct report_facts *facts)
 {
     const struct measured *measured = &landing->summary.measured;
@@ -226,12 +226,13 @@ static void set_facts(const struct report_landing *landing, struct report_facts 
 
 /* ---- loading ---- */
 
-/* Load the configuration that the landing was armed with, if its text is stored and valid. */
+/* Loads the configuration that was active when the landing was armed, if its text is stored and
+ * valid. */
 static enum mr_status load_config(struct store *store, struct report_landing *landing,
                                   struct error *error)
 {
     int64_t crc = landing->summary.measured.landing.config_crc;
-    /* another matrig version may have written the text: treat an invalid one as unknown */
+    /* treat an invalid text as unknown: another version of matrig may have written it */
     struct error ignored = {0};
     char *text = NULL;
     if (crc == STORE_NONE)
@@ -263,9 +264,8 @@ static enum mr_status load_landing(struct store *store, const struct store_landi
            load_config(store, landing, error);
 }
 
-/* Compute the wheel's position at each sample, and the figures of the newest comparison. These are
- * computed from the present measurement, because a calibration may have changed since the
- * comparison. */
+/* Computes the wheel's position at each sample, and the figures of the newest comparison. The
+ * figures are computed again, because a calibration may have changed since the comparison. */
 static void compute_derived_data(struct report_landing *landing)
 {
     const struct measured *measured = &landing->summary.measured;
@@ -283,7 +283,7 @@ static void compute_derived_data(struct report_landing *landing)
                             landing->simulation, landing->simulation_count, landing->comparison);
 }
 
-/* The weight that the user entered. */
+/* Loads the weight that the user entered. */
 static enum mr_status load_weight(struct store *store, int64_t run, struct mr_estimate *weight_lb,
                                   struct error *error)
 {
@@ -294,7 +294,7 @@ static enum mr_status load_weight(struct store *store, int64_t run, struct mr_es
     return status;
 }
 
-/* Load the facts that are in the store. */
+/* Loads the facts that are in the database. */
 static enum mr_status load_facts(struct report *report, const struct report_landing *landing,
                                  struct report_facts *facts, struct error *error)
 {

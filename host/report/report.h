@@ -14,7 +14,7 @@
 #include "host/store/store.h"
 
 #define REPORT_BANDS_MAX 4u
-#define REPORT_HASH_SIZE 65u /* SHA-256 in hexadecimal digits, and NUL */
+#define REPORT_HASH_SIZE 65u /* bytes of a SHA-256 in hexadecimal digits, with terminating zero */
 
 /* A landing with its samples. Only one landing at a time is in memory. */
 struct report_landing {
@@ -27,10 +27,10 @@ struct report_landing {
     size_t prediction_count;
     struct store_simulation *simulation; /* channels of the newest comparison */
     size_t simulation_count;
-    struct store_simulation_head simulation_head; /* head of the newest comparison */
-    struct mr_config *config; /* the board's whole configuration; NULL: it was never read */
+    struct store_simulation_head simulation_head; /* common data of the newest comparison */
+    struct mr_config *config; /* configuration of the board; NULL: it was never read */
     double *station_ft;       /* station of the lead wheel at each sample; NULL: not known */
-    /* newest comparison, recomputed with the current measured data; NULL: none */
+    /* figures of the newest comparison, computed again with the present calibration; NULL: none */
     struct compare_figures *comparison;
 };
 
@@ -49,7 +49,7 @@ enum report_problem {
 };
 #define REPORT_PROBLEM_COUNT 10u
 
-/* Facts of a landing at the front of a report. Units are feet, pounds, inches and seconds; NaN: not
+/* Facts of a landing for the front page. Units are feet, pounds, inches and seconds; NaN: not
  * known. */
 struct report_facts {
     struct store_landing landing;
@@ -62,25 +62,27 @@ struct report_facts {
     int64_t recalibrated_channels;
     size_t gate_count, switch_count, surveyed_segments, zone_report_count;
     size_t sensor_count,
-        serial_number_count; /* channels that measure, and those with a serial number */
+        /* number of channels that measure, and of those with a serial number */
+        serial_number_count;
     struct mr_estimate speed_ft_s, deceleration_ft_s2, stop_ft;
     struct report_movement {
         double station_ft, peak_in, peak_error_in, end_in, end_error_in;
     } movement[MR_TRANSDUCERS];
-    /* Means over the gages of the band: largest fall and largest rise from the tension before the
-     * landing. */
+    /* means over the gages of a band: tension, largest fall and largest rise from the tension
+     * before the landing */
     struct report_band {
         double fall_lb, rise_lb, fall_error_lb, rise_error_lb;
         size_t gage_count;
     } band[REPORT_BANDS_MAX];
     struct zone_warning warning;
-    bool may_lack_warning; /* a warning may have been sent that was not received */
+    bool may_lack_warning; /* the board may have sent a warning that was not received */
     struct report_zone {
-        int64_t mats; /* 0: no zone */
+        int64_t mats; /* length of the zone; 0: no zone */
         double start_ft, end_ft;
     } longest_zone, last_zone;       /* zones that the board reported */
-    int64_t worst_predictor_verdict; /* STORE_NONE: none */
-    uint64_t closed_segments; /* bit s: segment s is closed at the end, by survey and transducers */
+    int64_t worst_predictor_verdict; /* worst verdict of the predictor; STORE_NONE: none */
+    /* bit s: segment s is closed at the end, according to survey and transducers */
+    uint64_t closed_segments;
     int64_t lost_frames;
     struct report_compared {
         char compared_with[120];
@@ -90,8 +92,9 @@ struct report_facts {
         struct compare_overlap at_longest_zone, board_at_longest_zone, at_rest;
         double solver_error_in;
     } comparison;
-    char calibration_hash[REPORT_HASH_SIZE]; /* hash; equal hashes mean equal calibrations */
-    struct mr_estimate weight_lb;            /* weight as corrected (matrig landing) */
+    /* digest of the calibration, equal for equal calibrations */
+    char calibration_hash[REPORT_HASH_SIZE];
+    struct mr_estimate weight_lb; /* weight as entered by the user (matrig landing) */
     unsigned problems;
     struct record_row warning_record;
     char outcome_reason[120]; /* text of warning_record.unknown_reason */
@@ -102,20 +105,20 @@ struct report {
     struct store *store;
     struct store_landing *row; /* landings in the report */
     struct report_facts *facts;
-    size_t landings, voided_landings; /* voided: number of landings left out */
+    size_t landings, voided_landings; /* voided_landings: number of landings that are left out */
     struct record record;
     struct inspections records;
     struct store_slow *slow_reading;
     size_t slow_count;
-    int64_t run; /* RUN of a report on one landing; 0: all */
+    int64_t run; /* RUN, if the report is about one landing; 0: all landings */
     bool si;
     struct answer *calibrations; /* receives one table for each different calibration */
-    struct error *error;         /* error of page_write: data that a section could not read */
+    struct error *error;         /* error of page_write: a section could not read its data */
 };
 
 /* Begins a report on landing report->run, or on all landings of the campaign that are not void;
- * with `voided`, on all. Does not load the landings. The caller frees it with report_free, also
- * after an error. */
+ * with `voided`, on the void ones too. Does not load the landings. The caller frees it with
+ * report_free, also after an error. */
 enum mr_status report_begin(struct report *report, bool voided, struct error *error);
 void report_free(struct report *report);
 /* Loads landing `at` of report->row, and writes its facts to report->facts. The caller frees it
@@ -124,31 +127,31 @@ enum mr_status report_landing_load(struct report *report, size_t at, struct repo
                                    struct error *error);
 void report_landing_free(struct report_landing *landing);
 
-/* Text of the problem bit `1 << i`: "a wave was seen". Static storage. */
+/* Returns the text of the problem with the bit `1 << i`: "a wave was seen". Static storage. */
 const char *report_problem_text(unsigned i);
-/* The transducer with the largest movement in either direction; NULL: none has a peak. */
+/* Returns the transducer with the largest movement in either direction; NULL: none has a peak. */
 const struct report_movement *report_find_largest_movement(const struct report_facts *facts);
 
-/* Content of the page by heading. A heading without content is omitted. The last entry of each list
- * has no `write`. */
+/* Sections of the page, each with its heading. A section without content is omitted. In the last
+ * entry of each list, `write` is NULL. */
 extern const struct report_section { /* sections of the campaign, in the order of the page */
     const char *id, *title;
     void (*write)(const struct report *report, FILE *out);
-    size_t min_landings; /* minimum number of landings for the section */
+    size_t min_landings; /* number of landings from which on the section is shown */
 } report_sections[];
 extern const struct report_part { /* parts of each landing */
     const char *title;
     void (*write)(const struct report *report, const struct report_landing *landing, FILE *out);
 } report_parts[];
 
-/* Surveys of the mat. */
+/* Writes the section about surveys of the mat. */
 void report_write_surveys(const struct report *report, FILE *out);
-/* The crew's records: of the runway with a map, and of a landing. */
+/* Writes the crew's records: those of the runway with a map, or those of a landing. */
 void report_records(const struct report *report, FILE *out);
 void report_landing_records(const struct report *report, const struct report_landing *landing,
                             FILE *out);
 
-/* Name of the database without folder. */
+/* Returns the name of the database without its folder. */
 const char *report_database_name(const struct report *report);
 
 /* Writes an answer to the page, and frees it. */
@@ -159,8 +162,8 @@ void report_add_calibration(const struct report_landing *landing, struct answer 
 
 /* ---- the page ---- */
 
-/* Writes all of a report after report_begin. Loads one landing after the other; if one cannot be
- * loaded, nothing is written. Fails with the error of a section. */
+/* Writes the whole report; call after report_begin. Loads one landing after the other; if one
+ * cannot be loaded, nothing is written. Fails with the error of a section. */
 enum mr_status page_write(struct report *report, FILE *out, struct error *error);
 
 #endif

@@ -1,4 +1,4 @@
-/* The report's section on surveys of the mat. */
+/* Section of the report about surveys of the mat. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -57,7 +57,7 @@ struct since_first {
     double bow_in[SURVEY_POINTS];
 };
 
-/* Loads the newest surveys, the newest first; returns their number. */
+/* Loads the newest surveys, in descending order of time; returns their number. */
 static unsigned load_since_first(const struct report *report, const struct store_gage_survey *rows,
                                  size_t count, struct since_first since[SURVEYS_DRAWN_MAX])
 {
