@@ -1,5 +1,5 @@
-/* The command matrig advise: the probability that a compression zone of 50 mats forms in the next
- * landing (host/advise). */
+/* The command matrig advise: computes the probability that the wheel reaches a zone of 50 closed
+ * mats in the next landing (host/advise). */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -72,7 +72,7 @@ static void read_profile(const char *text, bool si, struct advise_profile *profi
 }
 
 /* Number of landings on the runway for which the advice is computed, including the last landing. A
- * chart is valid only for that runway. */
+ * chart is valid only for a runway with this number. */
 static unsigned count_landings(struct store *store, const struct advise *advise)
 {
     struct mr_predictor_state state;
@@ -89,8 +89,8 @@ static unsigned count_landings(struct store *store, const struct advise *advise)
     return state.landings + 1u;
 }
 
-/* Begins to load the advice into the board. Called before the advice is computed: the computation
- * is useless if the runway of the board differs. */
+/* Begins to load the advice into the board. Called before the advice is computed, because the
+ * computation is useless if the board has a different runway. */
 static void begin_advice_load(const struct request *r, struct store *store,
                               const struct advise *advise, struct runway_client *talk)
 {
@@ -109,14 +109,17 @@ static void begin_advice_load(const struct request *r, struct store *store,
 /* A quantity that is predicted from the condition `field` of a landing. The relation is fitted to
  * earlier landings in which the condition `filter_field` was `filter_choice`. */
 struct rig_relation {
-    const char *option, *name, *label;                /* name and label of the prediction */
-    const char *field, *filter_field, *filter_choice; /* such as "temperature_f", "brake", "none" */
-    enum unit_kind unit; /* of a speed or a deceleration; the square of a speed is linear */
+    const char *option, *name, *label; /* name and label of the prediction */
+    /* names and choice in the records: "temperature_f", "brake", "none" */
+    const char *field, *filter_field, *filter_choice;
+    /* unit of the prediction. A speed is predicted by a line through its square */
+    enum unit_kind unit;
 };
 
 #define RELATION_LANDINGS_MIN 3
 
-/* Fitted before the advice is computed, which takes minutes. Returns the number of landings. */
+/* Predicts a quantity. Called before the advice is computed, which takes minutes. Returns the
+ * number of landings used. */
 static size_t predict_relation(const struct request *r, struct store *store,
                                const struct inspections *all, const struct rig_relation *relation,
                                const char *given, struct estimate *predicted)
@@ -179,7 +182,7 @@ static const struct rig_relation relations[] = {{"--temperature", "bearing_drag"
 
 static int run_advise(struct request *r, const struct cli *cli)
 {
-    static struct advise advise; /* static: too large for the stack */
+    static struct advise advise; /* static, because it is too large for the stack */
     struct error error = {0};
     struct answer *answer = answer_new(cli->si);
     struct runway_client talk;
@@ -210,14 +213,14 @@ static int run_advise(struct request *r, const struct cli *cli)
         (void)(advise_make_chart(&advise, talk.state.landings, &plan, &error)
                    ?: runway_client_send_chart(talk.dialogue, &plan, &error));
     }
-    bool failed = error.status != MR_OK; /* the advice is printed first, even if loading failed */
+    bool failed = error.status != MR_OK; /* print the advice in any case, even if loading failed */
     advise_to_answer(&advise, answer);
     for (int i = 0; i < 2; i++)
         add_relation(&relations[i], counts[i], predicted[i], answer);
     answer_flag(answer, "loaded", r->load ? "loaded into the board" : NULL, r->load && !failed);
     int code = advise.verdict == ADVISE_AGAINST ? mr_status_exit_code(MR_LIMIT) : 0;
     advise_free(&advise);
-    if (failed && cli->json) /* the JSON object already contains the error */
+    if (failed && cli->json) /* do not print the error again: the JSON object contains it */
         return answer_show(cli, answer, cli_fail(&error));
     code = answer_show(cli, answer, code);
     return failed ? cli_fail(&error) : code;

@@ -7,7 +7,7 @@
 
 const char *annotation_author(const char *who)
 {
-    const char *user = getenv("USER"); /* a service, cron and su do not set USER */
+    const char *user = getenv("USER"); /* services, cron and su do not set USER */
     const struct passwd *login = who || (user && user[0]) ? NULL : getpwuid(geteuid());
     return who ? who : login ? login->pw_name : user ? user : "";
 }

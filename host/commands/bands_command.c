@@ -1,5 +1,5 @@
-/* The command matrig bands: design of restraining bands by Appendix C of the report. Units lb, ft,
- * s. Two equations are misprinted: C.3 has N instead of W (R = (W a/g)(s/b)), and C.10 has n
+/* The command matrig bands: design of restraining bands by Appendix C of the report. Units are lb,
+ * ft and s. Two equations are misprinted: C.3 has N instead of W (R = (W a/g)(s/b)), and C.10 has n
  * instead of n F' (n F' = A fy - R). The worked example confirms both corrections. */
 #include <math.h>
 #include <stdarg.h>
@@ -15,7 +15,7 @@
 #define WORDS_MAX 32
 
 struct band_design {
-    /* given by the user */
+    /* the next fields are given by the user */
     double weight_lb, g_ft_s2, deceleration_ft_s2;
     double band_count; /* number of bands that share the load, N */
     double area_ft2, yield_lb_ft2, modulus_lb_ft2;
@@ -24,19 +24,20 @@ struct band_design {
     double rows_per_connection; /* rows of mats from one connection to the next */
     double mat_length_ft;       /* length of a mat along the runway */
     double gear_width_ft;       /* influence width of the gear, b; 0: not given */
-    /* band length between the springs at its ends; 0: the longest that C.10 allows */
+    /* length of a band between the springs at its ends; 0: the longest that C.10 allows */
     double band_length_ft;
-    /* stiffness K of the spring at each end; 0: A E/L, for which the tension changes by R/2 */
+    /* stiffness K of the spring at each end; 0: A E/L, with which the tension changes by R/2 */
     double spring_stiffness_lb_ft;
     /* a': position along the band at which R acts, as a fraction of its length */
     double force_position;
     double given_t0_lb; /* initial tension T0; 0: the middle of the limits C.8 and C.9 */
-    /* computed by design_bands */
+    /* the next fields are computed by design_bands */
     double band_load_lb;           /* load R on a band, C.1 */
-    double strength_lb;            /* A fy, the force at which a band yields */
+    double strength_lb;            /* force at which a band yields, A fy */
     double max_friction_lb;        /* largest n F' within C.8 and C.9, from C.10 */
     double connection_friction_lb; /* F', friction force at one connection */
-    /* number n of connections, from the band length if given, otherwise the largest */
+    /* number n of connections: from the band length if that is given, otherwise the largest
+     * possible */
     double connection_count;
     double max_connection_count;
     double max_band_length_ft;
@@ -44,9 +45,9 @@ struct band_design {
     double t0_lb;                /* T0: given, or the middle of t0_min_lb and t0_max_lb */
     double spacing_ft;           /* spacing of the bands, C.2; 0: not known */
     double tension_change_ahead_lb,
-        tension_change_behind_lb; /* changes of tension ahead of R and behind R, C.6 and C.7 */
+        tension_change_behind_lb; /* changes of the tension ahead of R and behind R, C.6 and C.7 */
     double min_tension_lb,
-        max_tension_lb; /* resulting smallest and largest tension: T0 - n F' - R/2, T0 + R/2 */
+        max_tension_lb; /* smallest and largest tension that result: T0 - n F' - R/2, T0 + R/2 */
 };
 
 #define IN2_PER_FT2 144.0
@@ -100,8 +101,8 @@ static enum mr_status design_bands(struct band_design *d, struct error *error)
     d->connection_count = d->band_length_ft > 0.0
                             ? floor(d->band_length_ft / apart_ft * (1.0 + 1e-12))
                             : d->max_connection_count;
-    /* Without a band length, held_lb is the largest n F' that C.10 allows, even if n is not a whole
-     * number. The worked example does the same: 52.5 kip, not 164 x 320 lb. */
+    /* Without a band length, held_lb is the largest n F' that C.10 allows, even if n is then not a
+     * whole number, as in the worked example: 52.5 kip, not 164 x 320 lb. */
     double held_lb = d->band_length_ft > 0.0 ? d->connection_count * d->connection_friction_lb
                                              : d->max_friction_lb;
     d->t0_min_lb = held_lb + 0.5 * d->band_load_lb;
@@ -112,7 +113,8 @@ static enum mr_status design_bands(struct band_design *d, struct error *error)
     double band_lb_ft = d->area_ft2 * d->modulus_lb_ft2 / length_ft;
     if (!(d->spring_stiffness_lb_ft > 0.0))
         d->spring_stiffness_lb_ft = band_lb_ft;
-    double give = d->spring_stiffness_lb_ft / band_lb_ft; /* K L/(A E) */
+    /* ratio of the stiffness of a spring to that of the band, K L/(A E) */
+    double give = d->spring_stiffness_lb_ft / band_lb_ft;
     d->tension_change_ahead_lb = -d->band_load_lb * (d->force_position * give + 1.0) / (give + 2.0);
     d->tension_change_behind_lb = d->band_load_lb * ((1.0 - d->force_position) * give + 1.0) /
                                   (give + 2.0);
@@ -221,7 +223,7 @@ static void read_words(const char **words, struct request *request)
 struct findings {
     char text[FINDINGS_MAX][200];
     size_t count;
-    bool si; /* results in SI units */
+    bool si; /* print results in SI units */
 };
 
 __attribute__((format(printf, 2, 3))) static void add_finding(struct findings *findings,
@@ -260,7 +262,7 @@ static void check_design(const struct band_design *d, struct findings *f)
 }
 
 struct result_field {
-    const char *name, *label; /* NULL name: not in the JSON; NULL label: only in the JSON */
+    const char *name, *label; /* name NULL: not in the JSON; label NULL: only in the JSON */
     enum unit_kind unit;
     int decimals;
     size_t offset;

@@ -1,5 +1,5 @@
-/* The command matrig board: subcommands for one board: identity, black box, health, zeros, runway,
- * arming. Configuration and bring-up are in separate files. */
+/* The command matrig board, with subcommands for identity, black box, health, zeros, runway and
+ * arming of a board. Configuration and bring-up have files of their own. */
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -30,10 +30,11 @@
 #include "host/commands/commands.h"
 #include "host/commands/program.h"
 
-#define BOX_READ_ROUNDS_MAX 6 /* times that missing pages are requested */
+#define BOX_READ_ROUNDS_MAX 6 /* how many times missing pages are requested */
 #define BOX_PAGE_BITS       15u
-#define IDENTITY_WAIT_S     1.2 /* a board sends its identity and its key state once a second */
-/* Erasing twice takes 0.8 s; it takes 6 s if the memory fails three times */
+/* the board sends its identity and the state of its key once a second */
+#define IDENTITY_WAIT_S     1.2
+/* Erasing the memory twice takes 0.8 s, or 6 s if it fails three times. */
 #define KEY_TIMEOUT_S       20.0
 #define HMIL_PER_IN         100000.0
 #define OPENINGS_PER_ROW    7u /* joint openings in one row of the table */
@@ -67,13 +68,13 @@ struct box_client {
     struct box_client_record records[BOX_CLIENT_RECORDS_MAX];
     size_t count;
     bool is_list_complete;
-    /* the record that is being read */
+    /* record that is being read */
     uint16_t record_number;
     uint8_t (*pages)[MR_BOXPAGE_BYTES];
     uint8_t *is_page_present;
     size_t page_count, received_parts;
     uint8_t half_page_bytes[MR_BOXPAGE_BYTES / 2];
-    uint32_t half_page_number; /* the page whose first half is in half_page_bytes */
+    uint32_t half_page_number; /* page whose first half is in half_page_bytes */
     bool has_transfer_ended;
 };
 
@@ -151,7 +152,7 @@ static void box_client_begin(struct box_client *client, struct dialogue *dialogu
     dialogue_wait_for_hello(dialogue, NULL, NULL, fatal);
 }
 
-/* Sends a command. Repeats it while the board answers MR_WAIT. */
+/* Sends a command, and repeats it while the board answers MR_WAIT. */
 static void send_box_command(struct box_client *client, uint8_t code, int32_t argument)
 {
     struct dialogue *dialogue = client->dialogue;
@@ -271,7 +272,7 @@ static int report_record(const struct request *request, const struct box_client_
 }
 
 /* Stores the configuration under which the record was made, if it is still the board's
- * configuration. Only replay needs it, so a failure is printed and the command continues. */
+ * configuration. Only replay needs it, so a failure is only printed. */
 static void store_configuration(const struct request *request, struct box_client *client,
                                 struct store *store, int64_t run)
 {
@@ -403,7 +404,7 @@ static int report_identity(const struct request *request, struct dialogue *dialo
                   request->image);
     if (dialogue_wait_for_identity(dialogue, DIALOGUE_HELLO_TIMEOUT_S, fatal) == MR_TIMEOUT)
         dialogue_set_no_hello_error(dialogue, fatal);
-    struct error late = {0}; /* older firmware does not send the board type */
+    struct error late = {0}; /* ignore an error: older firmware does not send the board type */
     (void)dialogue_wait_until(dialogue, dialogue_is_flag_set, &dialogue->identity.key_known,
                               IDENTITY_WAIT_S, &late);
     int exit_code = print_identity(request, &dialogue->identity, request->image ? &image : NULL);
@@ -489,7 +490,7 @@ static json_t *arm_to_json(const char *word, const struct arm_client *client,
     return json;
 }
 
-/* Arms or disarms the board from a terminal, without the live page. */
+/* Arms or disarms the board. */
 static int run_arm(const struct request *request, struct dialogue *dialogue)
 {
     struct error error = {0};
@@ -720,7 +721,7 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
         send_key(dialogue, key);
     }
     double until_s = dialogue_now_s(dialogue) + KEY_TIMEOUT_S;
-    enum mr_status status; /* not MR_OK while the black box uses the memory */
+    enum mr_status status; /* any status other than MR_OK: the black box is using the memory */
     do {
         error = (struct error){0};
         status = dialogue_receive(dialogue, DIALOGUE_RECEIVE_MAX_S, &error)
@@ -759,7 +760,7 @@ static const struct subcommand {
     unsigned options;        /* options that this subcommand allows besides --serial */
     unsigned words_max;      /* largest number of arguments after the subcommand */
     const char *number_name; /* name of the numeric argument, for errors; NULL: there is none */
-    double min, max; /* limits of the numeric argument; if `min` is 1, the argument is required */
+    double min, max;         /* limits of the numeric argument; min 1: the argument is required */
     int (*run)(const struct request *request, struct dialogue *dialogue);
 } subcommands[] = {
     {.name = "", .options = ALLOWS_IMAGE, .run = report_identity},

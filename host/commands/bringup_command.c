@@ -43,7 +43,7 @@ static json_t *line_to_json(const struct bringup_result *j)
     return json;
 }
 
-/* Writes the limits of a value in hexadecimal or decimal, like the value. */
+/* Writes the limits of a value, in hexadecimal or decimal as the value itself. */
 static void format_limits(const struct bringup_result *j, char out[VALUE_TEXT_SIZE])
 {
     const struct bringup_limit *limit = j->limit;
@@ -63,7 +63,8 @@ static void format_limits(const struct bringup_result *j, char out[VALUE_TEXT_SI
         snprintf(out, VALUE_TEXT_SIZE, "%.10g to %.10g", j->min, j->max);
 }
 
-/* Number of consecutive lines from `at` that belong to one group and are in order. */
+/* Returns the number of consecutive lines, from `at` on, that belong to one group and are within
+ * their limits. */
 static size_t find_group_size(const struct bringup_result *judged, size_t count, size_t at)
 {
     size_t n = 1;
@@ -122,8 +123,8 @@ static void print_advice(struct answer *answer, const struct bringup_result *jud
     }
 }
 
-/* Prints the result of every line. The JSON lists each line; the table joins consecutive lines of a
- * group that are in order. */
+/* Prints the result of every line. The JSON has each line; the table combines consecutive lines of
+ * a group that are within their limits. */
 static int check_values(const struct request *request, const struct bringup *b)
 {
     static struct bringup_result judged[BRINGUP_RESULTS_MAX];

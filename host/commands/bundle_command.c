@@ -17,7 +17,7 @@
 #include "host/store/store.h"
 
 struct request {
-    const char *words[2]; /* DB, RUN */
+    const char *words[2]; /* operands DB and RUN */
     const char *path, *elf;
     int64_t run;
 };
@@ -47,7 +47,7 @@ static enum mr_status find_image(const struct request *r, struct store *store,
                          "give that image with --elf, or leave --elf out",
                          (unsigned)landing.image_crc, landing.image_commit, elf);
     if (!r->elf && unread.status == MR_IO && access(path, F_OK) == 0)
-        /* the installed image cannot be read: an error, because the bundle would be incomplete */
+        /* report the error: without the image the bundle would be incomplete */
         *error = unread;
     else if (!r->elf)
         cli_note(cli,
@@ -72,7 +72,7 @@ static enum mr_status make_bundle(struct request *r, const struct cli *cli, size
 {
     struct store *store = NULL;
     struct textfile image = {0};
-    /* The process id in the name keeps drafts of different processes apart. */
+    /* the process id in the name distinguishes drafts of different processes */
     char *draft = xasprintf("%s.making-%ld", r->path, (long)getpid());
     if (access(r->path, F_OK) == 0)
         error_set(error, MR_USAGE, "file exists already: %s; give a different file", r->path);

@@ -29,7 +29,8 @@
 
 #define S_PER_DAY             86400
 #define DEFAULT_VALID_DAYS    365.0
-/* Largest deviation of a working sensor from the fit, % of the span */
+/* Largest deviation from the fit that is accepted without --accept, % of the span; working sensors
+ * deviate less. */
 #define DEVIATION_MAX_PERCENT 1.0
 
 struct request {
@@ -37,7 +38,7 @@ struct request {
     const char *channel_text, *serial, *points, *config, *output, *sensor, *known_error_text,
         *recompute, *series, *reason, *who, *db, *certificate, *accept;
     bool table, zeros, force;
-    double days, known_error, deviation_max_percent; /* `days` is NaN if not given */
+    double days, known_error, deviation_max_percent; /* days: NaN if not given */
     int64_t run;
     unsigned channel; /* index of the channel */
 };
@@ -47,7 +48,7 @@ static enum unit_kind get_unit_kind(const struct request *r)
     return r->channel < MR_TRANSDUCERS ? UNIT_DISPLACEMENT : UNIT_TENSION;
 }
 
-/* Unit of the calibration. Known values are converted to it. */
+/* Returns the unit of the calibration, to which known values are converted. */
 static const char *find_unit_text(const struct request *r)
 {
     return r->channel < MR_TRANSDUCERS ? "in" : "lb";
@@ -98,8 +99,9 @@ static int show_fit(const struct request *r, const struct calibrate_points *poin
 
 #define ACCEPTED_DEVIATION_TEXT ": deviation from the fit accepted: "
 
-/* Writes the reasons given by the user as comments at the start of the configuration file. Keeps
- * the reasons of other channels, because the next channel is calibrated from this file. */
+/* Writes the reasons given by the user as comments at the start of the configuration file. Copies
+ * the reasons of other channels too, because the file is the start of the calibration of the next
+ * channel. */
 static void write_reasons(const struct request *r, FILE *out)
 {
     FILE *file = r->config ? fopen(r->config, "r") : NULL;
@@ -136,8 +138,8 @@ static const char *get_source_name(const struct request *r)
     return r->points ? r->points : r->serial;
 }
 
-/* Refuses a code outside the range of the channel: the columns are swapped, or the numbers are not
- * codes. */
+/* Refuses a code outside the range of the channel, which means that the columns are swapped or the
+ * numbers are not codes. */
 static void check_codes(const struct request *r, const struct calibrate_points *points,
                         const struct mr_channel_config *channel)
 {
@@ -153,7 +155,7 @@ static void check_codes(const struct request *r, const struct calibrate_points *
     }
 }
 
-/* Reports a jump of the gain. Does not refuse it: config set refuses it without --force. */
+/* Reports a jump of the gain. The jump is refused later, by config set without --force. */
 static void check_gain(const struct request *r, const struct mr_config *config,
                        const struct mr_channel_config *old)
 {
@@ -170,9 +172,9 @@ static void check_gain(const struct request *r, const struct mr_config *config,
                  old->calibrated_day ? "the last calibration" : "the configuration");
 }
 
-/* Checks how far the points are from the fit. If they are far, a value was mistyped or the sensor
- * is faulty: shows the table and ends without writing, unless --accept is given. A deviation that
- * only a larger --miss permits is also recorded as a reason. */
+/* Checks how far the points are from the fit. If a deviation is too large (a value was mistyped, or
+ * the sensor is faulty), shows the table and ends without writing, unless --accept is given. A
+ * deviation that is permitted only by a larger --miss is recorded as a reason. */
 static void check_fit(struct request *r, const struct calibrate_points *points,
                       const struct calibrate_fit *fit, const struct mr_channel_config *channel)
 {
@@ -200,7 +202,7 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
               fit->max_deviation, find_unit_text(r), 100.0 * fit->max_deviation / span,
               r->deviation_max_percent, get_source_name(r), mend);
     r->output = NULL;
-    if (r->cli->json) /* the JSON object already contains the error */
+    if (r->cli->json) /* do not print the error again: the JSON object contains it */
         exit(show_fit(r, points, fit, channel, cli_fail(&error)));
     int shown = show_fit(r, points, fit, channel, 0);
     exit(shown != 0 ? shown : cli_fail(&error));
@@ -208,11 +210,11 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
 
 /* ---- points from a board ---- */
 
-/* Live readings of the board for one point; the board sends one every 20 ms */
+/* Number of readings that are averaged for one point; the board sends one every 20 ms. */
 #define BLOCKS_PER_POINT   40u
 #define POINT_TIMEOUT_S    10.0 /* timeout for the readings of one point, s */
 #define LIVE_DURATION_S    20
-/* Codes; noise is below 1 code, so a larger difference is movement */
+/* In codes. Noise is below 1 code, so a larger difference means that the value moved. */
 #define MOVEMENT_MAX_CODES 6.0
 
 struct reading_sum {
@@ -271,8 +273,8 @@ static void measure_point(const struct request *r, struct dialogue *dialogue, st
     point->spread = sqrt(fmax(g->sum_of_squares - g->sum * g->sum / n, 0.0) / (n - 1.0));
 }
 
-/* Reads a line from the keyboard. Meanwhile, messages of the board are received, so that none pile
- * up. Returns false at the end of input. */
+/* Reads a line from the keyboard. Until the line is complete, receives messages of the board, which
+ * would otherwise accumulate. Returns false at the end of input. */
 static bool read_typed_line(struct dialogue *dialogue, char *line, size_t size)
 {
     size_t length = 0;
@@ -337,7 +339,7 @@ static void guide_calibration(const struct request *r, struct dialogue *dialogue
     (void)config_client_set_live(dialogue, 0, &late);
 }
 
-/* Reads the active configuration, then the points. */
+/* Reads the active configuration of the board, and then the calibration points. */
 static void read_board_config(const struct request *r, struct mr_config *config,
                               struct calibrate_points *points)
 {
@@ -406,7 +408,7 @@ static void enter_certificate(const struct request *r)
 
 /* ---- recorded landings ---- */
 
-/* Recalibrates the channels that are in both the landing and the configuration. Returns their
+/* Recalibrates those channels of the landing that the configuration also has. Returns their
  * number. */
 static unsigned recompute_landing(const struct request *r, struct store *store,
                                   const struct store_landing *landing,
@@ -428,7 +430,7 @@ static unsigned recompute_landing(const struct request *r, struct store *store,
                       "with the channels of that landing",
                       c + 1, r->recompute, (long long)landing->id);
         char name[8], what[JUMP_TEXT_SIZE];
-        if (jump_find(&old[c], new, what)) { /* a jump of the gain is stored with the reason */
+        if (jump_find(&old[c], new, what)) { /* store a jump of the gain with the reason for it */
             jump_channel_name(c, name);
             cli_note(r->cli, "RUN %lld, %s: %s", (long long)landing->id, name, what);
         }
@@ -447,7 +449,7 @@ static int recompute_landings(struct request *r)
     const struct store_recalibration how = {(int64_t)link_now_us(), annotation_author(r->who),
                                             r->reason, r->zeros};
     config_text_load(r->recompute, &config, fatal);
-    /* all landings are recalibrated in one transaction */
+    /* recalibrate all landings in one transaction */
     struct store *store = program_open_campaign(r->channel_text, STORE_OPEN);
     store_find_run(store, &r->run, fatal);
     store_begin(store, fatal);
@@ -494,8 +496,7 @@ static unsigned parse_channel(const char *text)
     return (unsigned)number - 1 + (transducer ? 0 : MR_TRANSDUCERS);
 }
 
-/* Reads the error of the known values. A number without a unit is in inches or lb; 0.05mm has a
- * unit. */
+/* Reads the error of the known values: "0.05mm", or a number in inches or pounds. */
 static void parse_known_error(struct request *r)
 {
     struct quantity_error wrong = {"", ""};
@@ -564,7 +565,7 @@ static int calibrate_command(int argc, char **argv, const struct cli *cli)
     struct request r = {.cli = cli};
     command_parse(&command_calibrate, argc, argv, cli, &r, &r.channel_text, fatal);
     check_request(&r);
-    /* called now because the measurement can take half an hour */
+    /* check now, because the measurement may take half an hour */
     output_check_new(r.output, r.force, fatal);
     output_check(r.output, r.points, fatal);
     if (r.recompute)

@@ -1,5 +1,5 @@
-/* All commands, by name and as a table (commands.def). host/base/command.h describes the structure
- * of a command. */
+/* All commands, by name and as a table (commands.def). host/base/command.h describes what a command
+ * consists of. */
 #ifndef MATRIG_HOST_COMMANDS_H
 #define MATRIG_HOST_COMMANDS_H
 
@@ -9,7 +9,7 @@
 #include "host/commands/commands.def"
 #undef COMMAND
 
-/* Subcommands of matrig board that have separate files and options. */
+/* subcommands of matrig board that have files and options of their own */
 extern const struct command command_board_config, command_board_bringup;
 
 extern const struct command_table command_table;

@@ -18,15 +18,16 @@
 
 struct request {
     const char *db, *scene, *series, *output, *limits_path;
-    int64_t run;         /* RUN of the landing; 0: a series is compared */
-    int64_t seeds;       /* simulated landings; 0: as many as the file of the series defines */
+    int64_t run; /* RUN of the landing; 0: a series is compared */
+    /* number of simulated runways; 0: as many as the file of the series defines */
+    int64_t seeds;
     double rms_limit_in; /* largest rms difference, in; NaN: no limit */
     bool include_voided, all;
     struct compare_limits limits;
     char runway[500];
 };
 
-/* True if the word is a file name, false if it is the number of a landing. */
+/* True if the word is a file name; false if it is the number of a landing. */
 static bool is_file(const char *word)
 {
     size_t length = strlen(word);
@@ -34,7 +35,8 @@ static bool is_file(const char *word)
            (!isdigit((unsigned char)word[0]) && access(word, F_OK) == 0);
 }
 
-/* Reads the operands: DB RUN [FILE], DB FILE, or DB with --series. FILE may also follow --scene. */
+/* Reads the operands: DB RUN [FILE], DB FILE, or DB with --series. FILE may also be the value of
+ * --scene. */
 static void read_words(const char *const words[3], struct request *request)
 {
     request->db = words[0];
@@ -87,7 +89,7 @@ static void write_csv(const struct request *request, const struct compare_landin
     output_end(&output, fatal);
 }
 
-/* Prints the answer. If a limit is exceeded, reports an error after it. */
+/* Prints the answer. If a limit is exceeded, reports an error afterwards. */
 static int print_verdict(const struct compare_verdict *verdict, struct answer *answer,
                          const struct cli *cli)
 {

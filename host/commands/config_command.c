@@ -13,7 +13,7 @@
 #include "host/commands/commands.h"
 #include "host/base/output.h"
 
-#define BASE_SEARCH_S 2.0 /* s; a board sends a hello once a second */
+#define BASE_SEARCH_S 2.0 /* search time, s; a board sends a hello once a second */
 
 struct request {
     const struct cli *cli;
@@ -61,7 +61,7 @@ static void note_invalid_config(const struct cli *cli, const struct mr_config *c
 static void open_session(const struct request *request, struct session *session)
 {
     memset(session, 0, sizeof *session);
-    /* if both links are given, commands are sent on the serial link; CAN is only used to find other
+    /* if both links are given, commands are sent over serial, and CAN is only used to find other
      * boards */
     session->dialogue = dialogue_open_for_command(request->serial ? NULL : request->can,
                                                   request->serial);
@@ -132,8 +132,8 @@ static enum mr_status send_configuration(struct session *session, const struct m
     return status;
 }
 
-/* Compares the new gain of each channel with the gain of the board. Refuses a jump unless --force
- * is given. */
+/* Compares the new gain of each channel with its present gain. Refuses a jump unless --force is
+ * given. */
 static void check_gain_changes(const struct request *request, const struct mr_config *old,
                                const struct mr_config *new)
 {
@@ -196,7 +196,7 @@ static void find_board_base(const struct request *request, struct session *sessi
                   base, request->can);
 }
 
-/* Writes the LINK with which the board can be reached on CAN after the change. */
+/* Writes the LINK by which the board can be reached on CAN after the change. */
 static void format_link_at_base(const struct request *request, uint16_t base,
                                 char out[LINK_SPEC_SIZE])
 {

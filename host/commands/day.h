@@ -1,5 +1,4 @@
-/* Parts of the command matrig day: its keyboard, the commands that it starts, its questions for
- * records. */
+/* Parts of the command matrig day: keyboard input, starting of commands, questions for records. */
 #ifndef MATRIG_HOST_COMMANDS_DAY_H
 #define MATRIG_HOST_COMMANDS_DAY_H
 
@@ -11,8 +10,9 @@
 #include "host/base/error.h"
 #include "host/store/store.h"
 
-/* Asks a question and reads a line without surrounding blanks. Returns false at q or end of input.
- * stdin is unbuffered, so that a command that is started later can read the rest of the input. */
+/* Asks a question and reads a line without surrounding blanks. Returns false if the line is q, or
+ * at the end of input. Does not buffer stdin, so that a command that is started later can read the
+ * rest of the input. */
 bool day_ask(const char *question, char *line, size_t size);
 /* Prints the error, if there is one, and clears it. */
 void day_print_error(struct error *error);
@@ -29,11 +29,11 @@ void day_add_word(struct command_line *line, const char *word);
 void day_add_option(struct command_line *line, const char *option, const char *value);
 /* Returns the command line as a user would type it. The caller frees the text. */
 char *day_format_line(const struct command_line *line);
-/* Runs a command at this terminal until it ends. Ctrl-C ends the command and not matrig day.
+/* Runs a command at this terminal until it ends. Ctrl-C ends the command but not matrig day.
  * Returns true if the command succeeds. */
 bool day_run_line(const struct command_line *line, struct error *error);
 
-/* Asks for records of landing `run`, of every kind that the campaign already contains. */
+/* Asks for records of landing `run`, for every kind of which the campaign already has records. */
 void day_ask_records(struct store *store, const char *db, int64_t run, struct error *error);
 
 #endif

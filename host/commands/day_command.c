@@ -1,5 +1,5 @@
 /* The command matrig day: a test day as a checklist. All facts are read from the campaign, and the
- * next step follows from the facts. The steps of a landing begin with the inspection after the
+ * next step is determined from them. The steps for a landing begin with the inspection after the
  * previous landing and end with the landing itself. */
 #include <jansson.h>
 #include <stdarg.h>
@@ -50,22 +50,23 @@ struct day_facts {
     int state;              /* enum mr_landing_state */
     bool has_notes;         /* the landing has at least one note */
     int64_t landings_today; /* landings armed since midnight, local time */
-    /* the newest survey; 0: none. The end is STORE_NONE while it is not finished */
+    /* the newest survey; 0: none. survey_ended_us: STORE_NONE while it is not finished */
     int64_t survey, survey_us, survey_ended_us;
     size_t survey_read, survey_items;
     char edges[16];
-    int64_t loaded_us; /* when the survey was loaded into a board; 0: never */
-    /* the newest advice since the newest landing; 0: none */
+    int64_t loaded_us; /* time at which the survey was loaded into a board; 0: never */
+    /* time of the newest advice since the newest landing; 0: none */
     int64_t advised_us;
     char advice[8];
-    /* the newest check by `matrig ready` in the last 12 h; 0: none */
+    /* time of the newest check by `matrig ready` in the last 12 h; 0: none */
     int64_t ready_us;
     bool is_go, calibration_due;
-    char no_go[200]; /* first reason for a NO-GO; an overdue calibration is listed before others */
-    /* a log is running since logging_since_us */
+    char no_go[200]; /* first reason for a NO-GO; an overdue calibration has priority */
+    /* matrig log has been running since logging_since_us */
     bool is_logging;
     int64_t logging_since_us;
-    /* since the newest landing; only in this process: the campaign does not store these facts */
+    /* facts since the newest landing that only this process knows, because the campaign does not
+     * store them */
     int64_t calibrated_us;
     bool is_skipped[DAY_STEPS];
 };
@@ -88,7 +89,7 @@ static int64_t local_midnight_us(int64_t now_us)
     return (int64_t)mktime(&day) * 1000000;
 }
 
-/* Reads the links from the newest log in the campaign. */
+/* Reads the links that the newest log of the campaign used. */
 static void read_links(struct store *store, struct day_facts *f)
 {
     struct store_session_row row = {0};
@@ -165,7 +166,7 @@ static void read_advice(struct store *store, struct day_facts *f)
     free(rows);
 }
 
-/* Finds the first NO-GO (an overdue calibration before others) and any overdue calibration. */
+/* Finds the first NO-GO (an overdue calibration has priority) and any overdue calibration. */
 static void read_checks(const char *checks, struct day_facts *f)
 {
     json_t *object = json_loads(checks, 0, NULL), *check;
@@ -202,15 +203,16 @@ static void read_ready(struct store *store, struct day_facts *f)
     free(row.checks);
 }
 
-/* Reads all facts from the campaign again. Keeps the links. Until there is a new landing, also
- * keeps the time of calibration and the skipped steps. */
+/* Reads all facts from the campaign again, except the links. The time of calibration and the
+ * skipped steps are kept until there is a new landing. */
 static void day_facts_read(struct store *store, int64_t now_us, struct day_facts *f)
 {
     const struct day_facts was = *f;
     *f = (struct day_facts){.now_us = now_us};
     memcpy(f->serial, was.serial, sizeof f->serial);
     memcpy(f->can, was.can, sizeof f->can);
-    /* The lock is read first: a log that begins after this line is found by the next call. */
+    /* Read the lock before the other facts: a log that begins after this is then found by the next
+     * call. */
     f->is_logging = store_is_logged(store);
     read_links(store, f);
     read_landings(store, f);
@@ -244,7 +246,8 @@ static const char *state_text(enum day_state state)
     return text[state];
 }
 
-/* Writes the reason of a step and returns `state`. The reason does not depend on earlier steps. */
+/* Writes the reason for the state of a step and returns `state`. The reason does not depend on
+ * earlier steps. */
 static enum day_state set_reason(char reason[240], enum day_state state, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 static enum day_state set_reason(char reason[240], enum day_state state, const char *format, ...)
@@ -387,7 +390,7 @@ static void day_plan_make(const struct day_facts *f, struct day_plan *plan)
         plan->state[step] = of[step](f, plan->reason[step]);
         if (plan->state[step] == DAY_NEXT && f->is_skipped[step])
             plan->state[step] = DAY_SKIPPED;
-        /* While a log runs, the landing is next, even if earlier steps are open. */
+        /* while a log runs, the next step is the landing, even if earlier steps are open */
         if (plan->state[step] == DAY_NEXT && f->is_logging && step != DAY_LAND)
             plan->state[step] = DAY_LATER;
         if (plan->state[step] != DAY_NEXT)
@@ -418,7 +421,7 @@ struct day {
     struct day_facts facts;
     struct day_plan plan;
     bool operator_known, weight_asked;
-    struct error error; /* printed and cleared after each step */
+    struct error error; /* error of a step; printed and cleared after it */
 };
 
 static void read_all_facts(struct day *day)
@@ -427,7 +430,8 @@ static void read_all_facts(struct day *day)
     day_plan_make(&day->facts, &day->plan);
 }
 
-/* Makes the command line of a step. False: the step asks questions or runs several commands. */
+/* Makes the command line of a step. Returns false if the step asks questions or runs several
+ * commands. */
 static bool make_step_line(const struct day *day, enum day_step step, struct command_line *line)
 {
     static char landing[24], page[4200];
@@ -439,7 +443,7 @@ static bool make_step_line(const struct day *day, enum day_step step, struct com
         *line = day_line("show", db);
         day_add_word(line, landing);
         return true;
-    case DAY_SURVEY: /* uses the edges of the last survey */
+    case DAY_SURVEY: /* use the same edges as the last survey */
         *line = day_line("survey", db);
         day_add_option(line, "--edges", f->edges);
         return true;
@@ -500,7 +504,7 @@ static bool ask_missing_links(struct day *day)
             ask_link(day, text[0] ? text : NO_CAN, LINK_CAN, f->can));
 }
 
-/* Asks once a day for the operator's name. Started commands read it from USER. */
+/* Asks once a day for the operator's name. The commands that are started read it from USER. */
 static bool ask_operator(struct day *day)
 {
     char question[140], name[64];
@@ -523,7 +527,8 @@ static bool ask_operator(struct day *day)
     return true;
 }
 
-/* Copies the aircraft's weight from an earlier landing of the day, or asks for it once. */
+/* Copies the aircraft's weight from an earlier landing of the day; if there is none, asks for
+ * it. */
 static bool ask_weight(struct day *day)
 {
     struct store_landing landing;
@@ -556,7 +561,7 @@ static bool ask_weight(struct day *day)
     return true;
 }
 
-/* Asks for the station and number of panels of each observed wave. */
+/* Asks for the station and the number of panels of each wave that was observed. */
 static bool ask_waves(struct day *day)
 {
     char run_text[24], station[40], panels[40];
@@ -723,7 +728,8 @@ static int run_day(struct day *day)
         if (!day_ask("Enter: next step, 1-8: that step, s: skip, r: report, q: quit > ", key,
                      sizeof key))
             break;
-        read_all_facts(day); /* the facts may have changed: the prompt can wait for an hour */
+        /* read the facts again, because the prompt may have waited for an hour */
+        read_all_facts(day);
         if (key[0] >= '1' && key[0] < '1' + DAY_STEPS)
             run_step(day, (enum day_step)(key[0] - '1'));
         else if (!key[0])

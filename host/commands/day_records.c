@@ -6,8 +6,10 @@
 #include "host/base/xmalloc.h"
 #include "host/commands/day.h"
 
-/* Asks for a record, one question per field. Enter keeps the value in `last` or, at a first field
- * without one, ends the kind, as q does. `again`: `last` was refused. False: the kind has ended. */
+/* Asks for a record, one question per field. An empty line keeps the value in `last`; at a first
+ * field without such a value it ends the questions for the kind, as q does. `again`: the record
+ * `last` was refused and is asked for again. Returns false when the questions for the kind have
+ * ended. */
 static bool ask_record(const char *db, int64_t run, const struct inspection_kind *kind,
                        const json_t *last, bool again, struct error *error)
 {

@@ -1,4 +1,4 @@
-/* The keyboard of the command matrig day, and the commands that it starts. */
+/* Keyboard input of the command matrig day, and the starting of commands. */
 #include <errno.h>
 #include <signal.h>
 #include <stdio.h>
@@ -93,7 +93,7 @@ static void ignore_signal(int number)
 bool day_run_line(const struct command_line *line, struct error *error)
 {
     static const int streams[3] = {-1, -1, -1};
-    /* A handler is used because the command would inherit SIG_IGN. */
+    /* Use a handler instead of SIG_IGN, which the command would inherit. */
     const struct sigaction action = {.sa_handler = ignore_signal, .sa_flags = SA_RESTART};
     struct sigaction was;
     char *text = day_format_line(line);

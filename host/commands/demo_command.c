@@ -1,4 +1,5 @@
-/* The command matrig demo: starts host/demo.sh with the programs and files that it needs. */
+/* The command matrig demo: starts host/demo.sh and passes it the programs and files that it
+ * needs. */
 #include <errno.h>
 #include <limits.h>
 #include <stdio.h>

@@ -79,7 +79,7 @@ static void write_csv_cell(FILE *out, double value, int digits)
 {
     if (isnan(value))
         fputc(',', out);
-    else /* prevents "-0.000" */
+    else /* do not print "-0.000" */
         fprintf(out, ",%.*f", digits, fabs(value) * pow(10.0, digits) < 0.5 ? 0.0 : value);
 }
 
@@ -189,7 +189,7 @@ struct request {
 };
 
 /* Writes the whole export to memory first, so that a failure leaves the old file unchanged. `store`
- * is NULL for the message catalogue, which does not depend on a landing. */
+ * is NULL for the message catalogue, for which no landing is needed. */
 static void write_export(struct store *store, int64_t run, const struct request *r,
                          const struct cli *cli, long *rows)
 {
@@ -227,8 +227,8 @@ static const char *find_format_of_path(const char *path)
     return NULL;
 }
 
-/* Sets the format from --format or the file extension. Refuses the command if the two differ. The
- * extension of film frames is that of CSV. */
+/* Determines the format from --format or the file extension. Refuses the command if the two
+ * contradict each other. Film frames have the extension of CSV. */
 static void find_format(struct request *r)
 {
     const char *ending = find_format_of_path(r->path);

@@ -21,13 +21,14 @@
 
 #define BAUD_MIN            9600.0
 #define BAUD_MAX            460800.0
-#define HELLO_WAIT_S        2.5 /* s; the board sends a hello once a second */
+#define HELLO_WAIT_S        2.5 /* wait for a hello, s; the board sends one once a second */
 #define HELLO_AFTER_RESET_S 6.0
 #define COMMAND_TIMEOUT_S   3.0
-/* S; the board sends its type after the hello, older firmware 1 s later */
+/* Wait for the board type, s; the board sends it after the hello, older firmware 1 s later. */
 #define BOARD_TYPE_WAIT_S   1.0
-#define RESTART_MS          200    /* the board resets after 50 ms; the rest is for the reset */
-#define ROM_BAUD            115200 /* baud; the highest rate that AN3155 guarantees */
+/* the board resets 50 ms after the command; the rest is the duration of the reset */
+#define RESTART_MS          200
+#define ROM_BAUD            115200 /* highest rate that AN3155 guarantees, baud */
 #define CHIP_READ_TRIES_MAX 3u
 #define PROGRAM_OUTPUT_SIZE 2048u
 #define WORDS_MAX           16u
@@ -36,8 +37,8 @@
 struct session {
     const struct cli *cli;
     const char *spec;
-    const char *tty; /* path of the port; stm32flash opens it */
-    bool is_pts;     /* the port is a pseudo-terminal, which has no parity */
+    const char *tty; /* path of the port, which stm32flash opens */
+    bool is_pts;     /* the port is a pseudo-terminal, which does not support parity */
     bool force;
     int64_t baud;
     struct imagefile image;
@@ -51,13 +52,13 @@ struct session {
 /* Programs a board in its chip's boot ROM with stm32flash (Debian's package), which uses the
  * protocol of AN3155.
  *
- * The image is written in parts. Sector 0 first gets a few instructions that start the boot ROM;
- * then the program is written, and vectors and header last. If power or cable fail in between,
- * the board starts into the boot ROM and the user flashes it again. stm32flash verifies each
- * part and erases only the sectors of that part, so the configuration is kept. */
+ * The image is written in parts. First, a few instructions that start the boot ROM are written to
+ * sector 0, then the program, and last vectors and header. If power or cable fail in between, the
+ * board starts the boot ROM, and the user can flash it again. stm32flash verifies each part and
+ * erases only the sectors of that part, so the configuration is kept. */
 
-/* Vectors and code for sector 0 while the program is incomplete. Every reset then enters the boot
- * ROM with the stack pointer and entry from 0x1FFF0000 (AN2606), like firmware/f407/board.c.
+/* Vectors and code for sector 0 while the program is incomplete: they make every reset start the
+ * boot ROM, with stack pointer and entry from 0x1FFF0000 (AN2606), as in firmware/f407/board.c.
  *
  *     ldr r0, =0x1fff0000;  ldr r1, [r0];  msr msp, r1;  ldr r1, [r0, #4];  bx r1 */
 static const uint8_t rom_instructions[24] = {
@@ -73,7 +74,7 @@ struct image_part {
     bool starts_program; /* start the program afterwards */
 };
 
-/* Shows progress: the newest percentage in the output of stm32flash, such as `(42.00%)`. */
+/* Shows the progress: the newest percentage, such as `(42.00%)`, in the output of stm32flash. */
 static void show_output(const struct session *to, const char *part, const char *output)
 {
     const char *percent = strrchr(output, '(');
@@ -83,8 +84,8 @@ static void show_output(const struct session *to, const char *part, const char *
         fprintf(stderr, "\rmatrig: flash: %s %.0f %%\033[K", part, value);
 }
 
-/* Reads the output of stm32flash until stm32flash ends. If there is too much output, keeps the
- * newest part. */
+/* Reads the output of stm32flash until stm32flash ends. If the output is too long, keeps its
+ * end. */
 static void read_output(const struct session *to, int fd, const char *part,
                         char output[PROGRAM_OUTPUT_SIZE])
 {
@@ -148,13 +149,13 @@ static enum mr_status run_program(const struct session *to, const char *const wo
     return status == 0 ? MR_OK : MR_LIMIT;
 }
 
-/* Reads the id of the chip from its boot ROM. MR_TIMEOUT: no answer. MR_IO: stm32flash is
- * missing. */
+/* Reads the id of the chip from its boot ROM. MR_TIMEOUT: the boot ROM does not answer. MR_IO:
+ * stm32flash is missing. */
 static enum mr_status stm32flash_read_chip(const struct session *to, unsigned *chip,
                                            struct error *error)
 {
     char output[PROGRAM_OUTPUT_SIZE], why[120];
-    /* The first try can fail, because the firmware may still send while it restarts. */
+    /* several tries, because the firmware may still send while it restarts */
     for (unsigned try = 0; try < CHIP_READ_TRIES_MAX; try++) {
         enum mr_status status = run_program(to, (const char *const[]){NULL}, "boot ROM", output,
                                             error);

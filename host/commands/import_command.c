@@ -1,4 +1,4 @@
-/* The command matrig import: copies data of other programs into the campaign. */
+/* The command matrig import: imports data of other programs into the campaign. */
 #include <stdio.h>
 #include <string.h>
 
@@ -88,7 +88,7 @@ static enum mr_status refuse_repeated_import(struct store *store, const struct s
 }
 
 /* Reads the whole file of another instrument before a campaign is opened. A candump log is only
- * checked. */
+ * checked here. */
 static enum mr_status import_readings(const struct textfile *file,
                                       const struct import_request *request, struct mapping *mapping,
                                       struct import_result *result, struct error *error)
@@ -100,8 +100,8 @@ static enum mr_status import_readings(const struct textfile *file,
                                              &result->row_count, &result->parsed, error);
 }
 
-/* Imports the data and records the source. If a log has an invalid line, the data before it is
- * kept. */
+/* Imports the data and stores what it was imported from. If a log has an invalid line, the data
+ * before the line is kept. */
 static enum mr_status import_file(struct store *store, const struct textfile *file,
                                   const struct import_request *request, struct mapping *mapping,
                                   struct store_import *row, bool again,

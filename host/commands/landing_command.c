@@ -1,5 +1,5 @@
-/* The command matrig landing: series of landings, and notes, corrections and observations with
- * their history. */
+/* The command matrig landing: enters series of landings, and notes, corrections and observations of
+ * landings, and shows their history. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -41,7 +41,7 @@ struct request {
     const char *who, *note, *correct, *reason, *observe, *side, *form, *series, *runway, *pattern,
         *modification, *withdraw_series;
     double station_ft, height_in, at_s; /* NaN: not given */
-    int64_t panels, withdraw;           /* 0: no number given */
+    int64_t panels, withdraw;           /* panels: 0: not given; withdraw: 0: not given */
     bool make_void, unvoid;
 };
 
@@ -179,7 +179,7 @@ static void refuse_field(const char *argument)
 }
 
 /* Converts the number to the unit of the field. A number without a unit is stored as typed; a
- * converted number has enough digits to be exact. */
+ * converted number is stored with enough digits to be exact. */
 static void correct_number(const struct field *field, const char *text, char kept[40])
 {
     double number, alone;
@@ -229,8 +229,8 @@ static void store_correction(const struct request *r, struct store *store)
     store_change(r, store, field->name, field->is_number ? number : value + 1);
 }
 
-/* Refuses a wave later than the end of the record: a typing error (300 s for 3.00 s), or the wrong
- * landing. */
+/* Refuses a wave after the end of the record, because the time is mistyped (300 s for 3.00 s) or
+ * the landing is the wrong one. */
 static void check_time(const struct request *r, struct store *store)
 {
     struct measured measured;

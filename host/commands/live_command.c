@@ -1,5 +1,5 @@
-/* The command matrig live: shows a board on a web page. Reads the campaign database that a running
- * matrig log writes. */
+/* The command matrig live: shows a board on a web page. Reads the data from the campaign that a
+ * running matrig log writes. */
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
@@ -14,8 +14,8 @@
 #include "host/store/store.h"
 
 #define POLL_MS             25 /* time between two reads of the database */
-/* Frames that are shown at the start although they were logged earlier: ten seconds of a landing,
- * or minutes without one. */
+/* Number of frames that are shown at the start although they were logged before: ten seconds of a
+ * landing, or minutes outside of landings. */
 #define FRAMES_AT_START_MAX 30000
 #define FRAMES_PER_POLL     2000
 
@@ -53,7 +53,7 @@ static void handle_record(void *context, const uint8_t *record, size_t length, i
         live_hub_add_record(watch->hub, &block, host_us);
 }
 
-/* Reads new frames and records, and the links if a new session has begun. */
+/* Reads new frames and records, and if a new session has begun, its links. */
 static enum mr_status poll_campaign(struct watch *watch, struct error *error)
 {
     const struct store_follower follower = {handle_frame, handle_record, watch};

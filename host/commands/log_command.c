@@ -16,19 +16,21 @@
 #include "host/base/output.h"
 #include "host/base/monotonic_clock.h"
 
-/* Smallest jump of the clock that is reported, per loop cycle. Slewing by NTP is below 500 ppm and
- * is not reported. */
+/* Smallest change of the clock, per cycle of the main loop, that is reported. Slewing by NTP is
+ * below 500 ppm and is not reported. */
 #define CLOCK_JUMP_MIN_US        50000
-#define CYCLE_MAX_US             250000u /* longest loop cycle */
-#define TRANSACTION_CYCLE_MAX_US 40000u  /* longest loop cycle while a commit is pending */
-#define LOCK_RETRY_MS            20      /* time between two attempts to begin the session */
+#define CYCLE_MAX_US             250000u /* longest cycle of the main loop */
+/* longest cycle of the main loop while a commit is pending */
+#define TRANSACTION_CYCLE_MAX_US 40000u
+#define LOCK_RETRY_MS            20 /* time between two attempts to begin the session */
 /* Longest absence of a device, s. A cable that is unplugged between landings must not end the
  * log. */
 #define DEVICE_ABSENCE_MAX_S     3600.0
 #define DEVICE_POLL_MS           250 /* time between two attempts to open a missing device */
 
-/* Records a change of this computer's clock in the campaign. The user or NTP may set the clock
- * during logging. Stored times are not changed. Deadlines use the monotonic clock. */
+/* If this computer's clock was set during logging, by the user or by NTP, records the change in the
+ * campaign. Stored times are not corrected; deadlines use the monotonic clock and are not
+ * affected. */
 static void check_clock(struct logger *logger)
 {
     int64_t ahead_us = (int64_t)link_wall_clock_offset_us();
@@ -40,8 +42,8 @@ static void check_clock(struct logger *logger)
              "the clock of this computer was changed by %+.3f s: times of day before and after the "
              "change differ by that",
              (double)jump_us / 1e6);
-    /* The change is queued after data received earlier. Only one link carries the size of the
-     * jump. */
+    /* Queue the change on both links, after the data received earlier. Only one of the two entries
+     * has the size of the jump. */
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         bool told = link > 0 && logger->is_link_open[0];
         if (logger->is_link_open[link])
@@ -55,7 +57,7 @@ static bool is_campaign_locked(const struct logger *logger)
     return monotonic_us() < logger->next_write_us;
 }
 
-/* Time until the next deadline, but at most one loop cycle. */
+/* Returns the time until the next deadline, but at most that of one cycle of the main loop. */
 static int poll_timeout_ms(const struct logger *logger, uint64_t deadline_us)
 {
     uint64_t now_us = monotonic_us(), until_us = now_us + CYCLE_MAX_US;
@@ -111,8 +113,8 @@ static enum mr_status wait_for_input(struct logger *logger, int signals, uint64_
     return MR_OK;
 }
 
-/* Does one loop cycle: stores received data, commits if it is time, and prints landings and links
- * without data. */
+/* Does one cycle of the main loop: stores received data, commits if it is time, and reports
+ * landings and links without data. */
 static enum mr_status process_cycle(struct logger *logger, const bool ready[LINK_KINDS],
                                     struct error *error)
 {
@@ -186,7 +188,8 @@ static enum mr_status open_collector(struct logger *logger, struct error *error)
     return status;
 }
 
-/* Begins the session as soon as the campaign is not locked. Received data waits in the queues. */
+/* Begins the session as soon as the campaign is not locked. Until then, received data waits in the
+ * queues. */
 static enum mr_status begin_session(struct logger *logger, int signals, struct error *error)
 {
     for (;;) {
@@ -195,7 +198,7 @@ static enum mr_status begin_session(struct logger *logger, int signals, struct e
         if (status == MR_OK)
             return MR_OK;
         enum store_refusal refused = store_refusal_pop(logger->store);
-        /* only a lock ends by waiting; other errors are reported while the user is still present */
+        /* wait only for a lock; report other errors at once, while the user is still present */
         if (refused != STORE_LOCKED)
             return status;
         watch_note_refusal(&logger->watch, refused, error->text);
@@ -232,13 +235,13 @@ static enum mr_status run_session(struct logger *logger, int signals, double for
         return status;
     if (logger->live.hub)
         collector_set_listener(logger->collector, &logger->live.listener);
-    /* Commits the session now, so that it is kept if a later transaction fails. */
+    /* commit now, so that the session is kept if a later transaction fails */
     status = logger_commit(logger, error);
     logger_set_nonblocking(logger, true);
     if (status == MR_OK)
         status = collect_data(logger, signals, for_s, error);
-    /* After an error, received data is stored and the session is closed if the database permits
-     * it. */
+    /* after an error, store the data received so far and close the session, if the database permits
+     * it */
     struct error late = {0};
     if (status != MR_OK)
         logger->ended_by = "error";
@@ -282,7 +285,8 @@ static enum mr_status open_live(struct logger *logger, const char *where, const 
         .no_commands_reason =
             listens ? "matrig log was started with --listen, so it sends no commands" : NULL};
     enum mr_status status = live_open(&logger->live, where, &source, error);
-    if (status == MR_OK) { /* printed even with --quiet, because the user cannot guess the port */
+    /* printed even with --quiet, because the user has no other way to know the port */
+    if (status == MR_OK) {
         fprintf(stderr, "live: %s\n", live_server_url(logger->live.server));
         fflush(stderr);
     }
@@ -303,7 +307,7 @@ static enum mr_status open_link(struct logger *logger, unsigned link, const char
     bool waits = !isnan(logger->absence_max_s) && link_is_device(spec), told = false, ends = false;
     uint64_t until_us = monotonic_us() + (uint64_t)(waits ? logger->absence_max_s * 1e6 : 0.0);
     enum mr_status status;
-    /* without --wait, a missing device is an error, because the name may be mistyped */
+    /* without --wait, report a missing device as an error, because its name may be mistyped */
     while ((status = link_open(spec, (enum link_kind)link, &logger->link[link], error)) == MR_IO &&
            waits && !ends && monotonic_us() < until_us) {
         if (!told)
@@ -321,7 +325,7 @@ static enum mr_status open_link(struct logger *logger, unsigned link, const char
 }
 
 /* Opens the database and all links. An existing database is checked before the links are opened; a
- * new database is created afterwards. */
+ * new database is created only after they were opened. */
 static enum mr_status open_all(struct logger *logger, int signals, const char *can,
                                const char *serial, const char *db, const char *live,
                                struct error *error)
@@ -339,7 +343,7 @@ static enum mr_status open_all(struct logger *logger, int signals, const char *c
         status = open_link(logger, LINK_SERIAL, serial, signals, error);
     if (status == MR_OK && !logger->store) {
         status = open_store(logger, db, error);
-        if (status == MR_OK) /* the user is not asked, because a log must start unattended */
+        if (status == MR_OK) /* only a note, no question, because a log must start without a user */
             cli_note(logger->cli, "a new campaign: %s", db);
     }
     return status;
@@ -348,7 +352,8 @@ static enum mr_status open_all(struct logger *logger, int signals, const char *c
 static bool close_all(struct logger *logger)
 {
     collector_close(logger->collector);
-    watch_note_call(&logger->watch, true); /* closing the database also writes its journal back */
+    /* closing the database also writes its journal back, which may take long */
+    watch_note_call(&logger->watch, true);
     bool closed = logger_close_store(logger);
     watch_note_call(&logger->watch, false);
     watch_close(&logger->watch);
@@ -384,11 +389,11 @@ static int log_command(int argc, char **argv, const struct cli *cli)
                   "leave one out");
     output_check(r.page, r.db, fatal);
 
-    /* A signalfd: a signal between a check and a wait is not lost. */
+    /* use a signalfd, so that a signal between a check and a wait is not lost */
     sigset_t set;
     cli_fill_end_signals(&set);
     sigprocmask(SIG_BLOCK, &set, NULL);
-    /* logging must continue when the program that reads the output exits */
+    /* do not end when the program that reads the output exits */
     signal(SIGPIPE, SIG_IGN);
     int signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
 

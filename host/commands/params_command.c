@@ -1,4 +1,4 @@
-/* The command matrig params: converts the measurements of section 3.4 to scene parameters. */
+/* The command matrig params: computes scene parameters from the measurements of section 3.4. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -24,9 +24,9 @@ struct parameter {
     const char *unit;
     char source[PUSH_REASON_SIZE];
     struct estimate estimate;
-    double low, high; /* 95 % interval; NaN: 1.96 standard errors to each side */
-    bool is_given;    /* true: the value was given without a measurement, so it has no error */
-    json_t *profile;  /* list of values along the runway, as a scene has it; NULL: one value */
+    double low, high; /* 95 % interval; NaN: 1.96 standard errors on either side */
+    bool is_given;    /* the value was given without a measurement, so it has no error */
+    json_t *profile;  /* list of values along the runway, in the form of a scene; NULL: one value */
 };
 
 struct params_request {
@@ -120,7 +120,7 @@ static void read_push(const struct params_request *request, struct reader *r,
     push_ground_estimate(&push->readings, &push->setting, &push->ground, fatal);
     add_push_parameter(r, "f", "1", &ground->friction, 0.0, HUGE_VAL);
     if (ground->law != PUSH_ELASTIC || isnan(ground->k_lb_ft.interval.value))
-        return; /* only an elastic law has the other keys */
+        return; /* other keys exist only for an elastic law */
     add_push_parameter(r, "gear_k_lb_ft", "lb/ft", &ground->k_lb_ft, 0.0, HUGE_VAL);
     add_push_parameter(r, "gear_unloading", "1", &ground->unloading_ratio, UNLOADING_RATIO_MIN,
                        1.0);
@@ -131,8 +131,8 @@ static void read_push(const struct params_request *request, struct reader *r,
         ->is_given = true;
 }
 
-/* Plots the law of a rigid gear: vertical at displacement 0, then along the force limit if the mat
- * slid. */
+/* Plots the rigid law: vertical at displacement 0; if the mat slid, then along the limit of the
+ * force. */
 static void plot_rigid_law(struct plot *plot, const struct push_series *series,
                            const struct push_fit *fit)
 {
@@ -189,8 +189,8 @@ static void plot_push(const struct params_request *request, const struct push_te
 
 /* ---- readings ---- */
 
-/* Reads a number. A number without a unit is in the unit at the end of `name`; a text has its own
- * unit. NaN: `value` is neither. */
+/* Reads a number. A plain number is in the unit at the end of `name`; a text has its own unit.
+ * Returns NaN if `value` is neither. */
 static double read_number(const char *name, const json_t *value)
 {
     double number;
@@ -232,7 +232,7 @@ static struct estimate read_estimate(struct reader *r, const char *name)
     return (struct estimate){1.0, 0.0};
 }
 
-/* Reads two lists whose values form pairs. Values of the first list are multiplied by `factor`.
+/* Reads two lists whose values form pairs; the values of the first are multiplied by `factor`.
  * Returns the number of pairs. */
 static size_t read_pairs(struct reader *r, const char *x_name, double factor, const char *y_name,
                          double x[READINGS_MAX], double y[READINGS_MAX])
@@ -254,7 +254,7 @@ static size_t read_pairs(struct reader *r, const char *x_name, double factor, co
     return count;
 }
 
-/* Fits a spring law to two lists of pairs. */
+/* Reads two lists of pairs and fits a spring law to them. */
 static struct params_spring_fit read_spring(struct reader *r, const char *x_name, double factor,
                                             const char *y_name, const char *y_unit)
 {
@@ -285,7 +285,7 @@ static void read_inertia(struct reader *r)
                   params_inertia(weight, spacing, cord, period));
 }
 
-/* Reads the slope of force over strain, or the forces and stretches of a strip. */
+/* Reads the slope of force over strain, or forces and stretches of a strip. */
 static void read_tension(struct reader *r)
 {
     struct estimate joint = read_estimate(r, "joint_in"), slope;
@@ -294,7 +294,7 @@ static void read_tension(struct reader *r)
     } else {
         struct estimate strip = read_estimate(r, "strip_in");
         struct params_spring_fit spring = read_spring(r, "stretch_in", 1.0, "force_lb", "lb");
-        /* params_friction returns the quotient of its arguments */
+        /* params_friction is used here for its quotient */
         slope = params_friction(spring.k, strip);
     }
     add_parameter(r, "KL", "lb/ft", "joint pulled", params_joint_stiffness(slope, joint));
@@ -323,7 +323,8 @@ static void read_hinge(struct reader *r)
                   "moment without rotation: %s: hinge: the fitted line reaches zero moment at %.3g "
                   "+- %.2g degrees; check the zeros of angle and moment",
                   r->path, tad.value, tad.error);
-    tad.value = fmax(0.0, tad.value); /* measurement errors can make a small value negative */
+    /* errors of the measurement can make a small value negative */
+    tad.value = fmax(0.0, tad.value);
     add_parameter(r, "KT", "ft lb/rad", "slope of moment against angle",
                   params_hinge_stiffness(spring.k, wider));
     add_parameter(r, "TAD_deg", "deg", "angle without moment", tad);
@@ -335,7 +336,7 @@ static void read_pull(struct reader *r)
                   params_friction(read_estimate(r, "pull_lb"), read_estimate(r, "weight_lb")));
 }
 
-/* A reading in inches, ft. */
+/* Reads a length in inches and returns it in feet. */
 static struct estimate read_inches_as_ft(struct reader *r, const char *name)
 {
     struct estimate e = read_estimate(r, name);
@@ -391,7 +392,7 @@ static void read_subgrade(struct reader *r)
                 continue;
             nearest_ft = off_ft;
             newest = entry->origin;
-            /* half of the plate test's value, in lb/ft3 */
+            /* half of the result of the plate test, converted to lb/ft3 */
             k = (struct estimate){864.0 * bearing.value, 864.0 * bearing.error};
         }
         if (isinf(nearest_ft))
@@ -399,7 +400,7 @@ static void read_subgrade(struct reader *r)
                       "no plate test: %s: subgrade: %s; set records to a campaign with subgrade "
                       "records that have bearing_lb_in3",
                       r->path, path);
-        kv = params_mat_area(k, mat_ft2); /* params_mat_area returns the product of its arguments */
+        kv = params_mat_area(k, mat_ft2); /* params_mat_area is used here for its product */
         json_array_append_new(along, cli_json_number(kv.value, 6));
         mean = (struct estimate){mean.value + kv.value / (mats + 1), fmax(mean.error, kv.error)};
     }
@@ -422,8 +423,7 @@ static const struct laboratory_test {
     {"subgrade", read_subgrade, " records mats mat_length_ft mat_width_ft "},
 };
 
-/* Reads one test. Refuses unknown names: otherwise a misspelt measurement would be ignored without
- * notice. */
+/* Reads one test. Refuses unknown names, so that a misspelt measurement is not ignored. */
 static void read_test(struct reader *r, const char *name, const json_t *readings)
 {
     const struct laboratory_test *test = NULL;
@@ -474,7 +474,7 @@ static void read_file(struct reader *r)
 
 /* ---- results ---- */
 
-/* Makes the scene keys. The errors are in keys that are comments. */
+/* Makes the scene keys. The errors are added as comments (keys that begin with _). */
 static json_t *make_scene(const struct reader *r)
 {
     json_t *scene = json_object();
@@ -500,7 +500,7 @@ static json_t *make_scene(const struct reader *r)
 
 static void add_parameter_row(struct answer *answer, const struct parameter *p)
 {
-    bool known = p->estimate.error > 0.0; /* the error is 0 if it was not given */
+    bool known = p->estimate.error > 0.0; /* an error of 0 means that none was given */
     char error[32] = "error unknown", interval[60] = "";
     if (p->is_given)
         error[0] = '\0';
@@ -538,7 +538,7 @@ static struct answer *make_answer(const struct reader *r, json_t *scene,
     return answer;
 }
 
-/* Refuses output files that exist, before anything is read. */
+/* Refuses output files that already exist, before any input is read. */
 static void check_outputs(const struct params_request *r, const char *path)
 {
     if ((r->plot_path || r->mats > 0) && !r->push_path)

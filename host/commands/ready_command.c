@@ -18,13 +18,14 @@
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
 
-/* Seconds for campaign, links and dialogue. The command must end within 20 s; the rest is for the
- * last request to the board and for saving. */
+/* Time limit in seconds for campaign, links and dialogue. The whole command must end within 20 s;
+ * the rest is for the last request to the board and for saving. */
 #define CHECKS_TIMEOUT_S        16.0
-#define DATABASE_CHECK_MAX_S    1.5 /* s, for reading the campaign */
-#define LOCK_WAIT_S             0.4 /* s, to wait for another program that writes to the campaign */
+#define DATABASE_CHECK_MAX_S    1.5 /* time limit for checking the database, s */
+/* time to wait for another program that writes to the campaign, s */
+#define LOCK_WAIT_S             0.4
 #define S_PER_DAY               86400
-#define LIVE_DURATION_S         30 /* s, after which the board stops live readings by itself */
+#define LIVE_DURATION_S         30 /* time after which the board stops live readings by itself, s */
 #define LIVE_RENEWAL_INTERVAL_S 5.0
 #define WALK_TIMEOUT_S          600.0
 
@@ -226,8 +227,8 @@ static enum mr_status run_walk(struct dialogue *dialogue, struct walk_session *w
                                struct error *error)
 {
     double until_s = monotonic_s() + WALK_TIMEOUT_S, renew_s = 0.0;
-    /* The board stops live readings by its own clock, and an emulated board can run faster than
-     * real time. */
+    /* renew by the board's clock: it stops live readings by that clock, which may run faster than
+     * real time on an emulated board */
     uint32_t renew_ms = 0;
     enum mr_status status = MR_OK;
     while (status == MR_OK && !walk_is_complete(&w->walk) && !interrupted &&
@@ -240,7 +241,7 @@ static enum mr_status run_walk(struct dialogue *dialogue, struct walk_session *w
         if (status == MR_OK)
             status = dialogue_receive(dialogue, DIALOGUE_RECEIVE_MAX_S, error);
     }
-    if (status == MR_CLOSED) { /* answers before the link closed are valid */
+    if (status == MR_CLOSED) { /* use the answers received before the link closed */
         *error = (struct error){0};
         return MR_OK;
     }

@@ -1,4 +1,4 @@
-/* The command matrig replay: runs the input of a recorded landing through the firmware again. */
+/* The command matrig replay: runs the firmware again with the input of a recorded landing. */
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -23,9 +23,10 @@ struct replay {
     const char *speed;
     bool is_exact_required;
     struct replay_board board;
-    char program[PATH_MAX], elf[PATH_MAX]; /* installed files, used by default */
+    char program[PATH_MAX], elf[PATH_MAX]; /* paths of the installed files, used by default */
     char directory[TEMPORARY_FOLDER_SIZE]; /* temporary folder; "": not created yet */
-    char unpacked_elf_path[PATH_MAX + 20]; /* path of the image from a bundle, in `directory` */
+    /* path of the image unpacked from a bundle, in `directory` */
+    char unpacked_elf_path[PATH_MAX + 20];
     struct board_messages recorded, replayed;
     struct replay_input input;
     struct diff diff;
@@ -76,9 +77,9 @@ static enum mr_status run_board(struct replay *replay, const struct cli *cli, st
     return status;
 }
 
-/* Writes the configuration of the landing to copy A of the emulated flash. A default configuration
- * is part of the image and is not written. If the database lacks the configuration, the comparison
- * of config_crc fails. */
+/* Writes the configuration of the landing to copy A of the emulated flash. The built-in
+ * configuration is part of the image and is not written. If the database lacks the configuration,
+ * the replay has another one, and the comparison reports a difference in config_crc. */
 static enum mr_status write_configuration(struct replay *replay, struct store *store,
                                           struct error *error)
 {
@@ -107,7 +108,7 @@ static enum mr_status write_configuration(struct replay *replay, struct store *s
     return MR_OK;
 }
 
-/* Finds the image: that of --elf, that of the bundle, or the image installed with matrig. */
+/* Finds the image: that of --elf, or that of the bundle, or the image installed with matrig. */
 static enum mr_status find_image(struct replay *replay, struct store *store, struct error *error)
 {
     bool bundled = false;

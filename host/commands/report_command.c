@@ -43,7 +43,7 @@ static int report_command(int argc, char **argv, const struct cli *cli)
     if (report.run)
         store_refuse_void(report.store, report.run, r.include_voided, fatal);
     report_begin(&report, r.include_voided, fatal);
-    /* the file is written when the page is complete */
+    /* the file is created only when the page is complete */
     output_begin(&output, r.path, fatal);
     page_write(&report, output.file, fatal);
     output_end(&output, fatal);

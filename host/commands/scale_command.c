@@ -16,7 +16,7 @@
 #define WORDS_MAX 32
 
 struct request {
-    /* modulus: the materials keep their stiffness; false: their density */
+    /* keeps_modulus: the materials keep their stiffness; false: they keep their density */
     bool keeps_modulus, to_model, force;
     double length_scale;
     const char *to, *keep; /* as the user typed it; NULL: not given */
@@ -34,11 +34,11 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct re
     request->keeps_modulus = request->keep && strcmp(request->keep, "modulus") == 0;
 }
 
-/* Similitude: returns the exponent of the length scale n, in halves, for the ratio prototype /
- * model of a value in this unit. Length scales with n and time with sqrt(n), as gravity is equal.
- * Force scales with n^3 if the density of the materials is kept (the 1/7 model: Table 2.2), with
- * n^2 if their stiffness is kept (the pilot model: Table B.2). All other exponents follow from the
- * dimensions. */
+/* Returns, for a value in this unit, the exponent of the length scale n in the ratio prototype /
+ * model, multiplied by 2. Length scales with n and time with sqrt(n), as gravity is equal. Force
+ * scales with n^3 if the density of the materials is kept (the 1/7 model: Table 2.2), with n^2 if
+ * their stiffness is kept (the pilot model: Table B.2). All other exponents are computed from the
+ * dimensions of the unit. */
 static int compute_doubled_exponent(const struct request *request, const char *unit)
 {
     int powers[3]; /* powers of force, length and time in the unit */
@@ -46,7 +46,7 @@ static int compute_doubled_exponent(const struct request *request, const char *u
     return (request->keeps_modulus ? 4 : 6) * powers[0] + 2 * powers[1] + powers[2];
 }
 
-/* The factor by which a value in this unit is multiplied. */
+/* Returns the factor by which a value in this unit is multiplied. */
 static double find_factor(const struct request *request, const char *unit)
 {
     double ratio = pow(request->length_scale, 0.5 * compute_doubled_exponent(request, unit));
@@ -56,7 +56,7 @@ static double find_factor(const struct request *request, const char *unit)
 /* Makes an answer with the facts that all subcommands print. */
 static struct answer *make_answer(const struct request *request)
 {
-    /* the answer is never in SI, because scene keys have fixed units */
+    /* not in SI, because scene keys have fixed units */
     struct answer *answer = answer_new(false);
     answer_words(answer, "keep", NULL, request->keeps_modulus ? "modulus" : "density");
     answer_value(answer, "n", NULL, UNIT_NUMBER, request->length_scale, 0)->digits = 17;
@@ -165,7 +165,7 @@ static void read_value(const char *word, struct quantity_value *value)
                   meant->symbol, meant->name);
     if (!value->quantity)
         error_set(fatal, MR_USAGE, "unknown quantity: '%s'; matrig scale lists the names", name);
-    /* "108" is in the unit of the quantity; "24.5kN" and "24.5 kN" have a unit */
+    /* "24.5kN" and "24.5 kN" have their own unit; "108" is in the unit of the quantity */
     const char *own = value->quantity->unit;
     quantity_read(equals + 1, name, own, NULL, &value->from, fatal);
     if (fabs(value->from) > 1e30)
@@ -209,7 +209,8 @@ static json_t *scale_value(const struct request *request, const json_t *value, c
 {
     double number;
     struct quantity_error wrong;
-    if (!quantity_kind_of(unit)) /* "1", a mat number and a name are not quantities */
+    /* numbers without dimension, mat numbers and names are not scaled */
+    if (!quantity_kind_of(unit))
         return json_deep_copy(value);
     if (quantity_read_json(value, unit, &number, &wrong))
         return json_real(number * find_factor(request, unit));
@@ -219,7 +220,7 @@ static json_t *scale_value(const struct request *request, const json_t *value, c
     for (size_t i = 0; i < json_array_size(value); i++) {
         json_t *entry = json_array_get(value, i), *last = json_array_get(entry, 2);
         json_t *other = last ? json_deep_copy(entry) : scale_value(request, entry, unit);
-        if (last) /* a row [first, last, value] for a part of the runway */
+        if (last) /* the value of a row [first, last, value] for a part of the runway */
             json_array_set_new(other, 2, scale_value(request, last, unit));
         json_array_append_new(list, other);
     }
@@ -241,8 +242,8 @@ static json_t *scale_rows(const struct request *request, const json_t *rows,
     return result;
 }
 
-/* Scales every key by its unit: the unit of the scene key, or the unit at the end of the name. Also
- * scales nested objects and landings. */
+/* Scales the value of every key according to its unit: that of the scene key, or that at the end of
+ * the name. Also scales nested objects and landings. */
 static json_t *scale_object(const struct request *request, const json_t *object)
 {
     static const char *const path[] = {"s", "ft", "lb", NULL}, *const profile[] = {"ft", "ft/s2",
@@ -273,7 +274,7 @@ static json_t *scale_object(const struct request *request, const json_t *object)
     return result;
 }
 
-/* The default of a scene key if it changes with scale; 0: no such default. */
+/* Returns the default of a scene key if the default depends on the scale; 0: it does not. */
 static double find_default(const struct request *request, const struct sim_key *key)
 {
     struct sim_scene plain;
@@ -285,9 +286,9 @@ static double find_default(const struct request *request, const struct sim_key *
     return isfinite(value) && value > 0.0 ? value : 0.0;
 }
 
-/* Adds the defaults that change with scale, because the defaults of matrig are for the model. Adds
- * the defaults of a modification only if `scene` has the modification, and the defaults of the
- * scene only if `whole`. */
+/* Adds defaults that depend on the scale, because matrig's defaults are for the model. Defaults of
+ * a modification are added only if `scene` has the modification, defaults of the scene itself only
+ * if `whole`. */
 static void add_changing_defaults(const struct request *request, const json_t *scene, bool whole,
                                   json_t *result)
 {
@@ -333,7 +334,7 @@ static json_t *expand_study_defaults(const struct request *request, const json_t
         add_changing_defaults(request, json_object_get(entry, "apply"), false, scene);
     }
     add_changing_defaults(request, scene, true, scene);
-    json_object_del(scene, "F"); /* the landings define F */
+    json_object_del(scene, "F"); /* remove F, which the landings define */
     json_object_del(scene, "Vac");
     json_object_set_new(study, "scene", scene);
     if (elastic)

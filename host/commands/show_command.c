@@ -17,17 +17,17 @@
 
 /* ---- all landings ---- */
 
-#define NOTE_SHOWN_MAX 60 /* characters of a note in the printed table */
+#define NOTE_SHOWN_MAX 60 /* maximum characters of a note in the printed table */
 
-/* The facts of one row of the list of landings. Samples are loaded only if it is doubtful whether
- * the gear stopped, so that thousands of landings are listed without delay. */
+/* Facts for one row of the list of landings. Samples are loaded only if it is doubtful whether the
+ * gear stopped, so that thousands of landings can be listed without delay. */
 struct preview {
     struct measured measured; /* loaded by measured_load_gear */
     struct zones zones;
-    /* counts of lost, dropped and missing data, for each link */
+    /* numbers of lost, dropped and missing data of each link */
     struct summary_link link[LINK_KINDS];
     struct journal journal;
-    size_t observations; /* observed waves and breaks that are not withdrawn */
+    size_t observations; /* number of observed waves and breaks that are not withdrawn */
     bool imported;
     uint16_t can_base;    /* CAN base of the landing's board */
     int64_t repeated_run; /* RUN of an earlier record of the same landing; 0: none */
@@ -68,7 +68,7 @@ static void preview_free(struct preview *preview)
 /* ---- a row ---- */
 
 /* Writes the state of the landing and its calibration marks. An unknown calibration is mentioned in
- * the notes instead, because most imported landings have none. */
+ * the notes instead, because it applies to most imported landings. */
 static void state_text(const struct preview *preview, char *out, size_t size)
 {
     const struct measured *measured = &preview->measured;
@@ -165,7 +165,7 @@ static void add_notes(const struct preview *preview, struct answer *answer)
         size_t length = strlen(newest),
                shown = length > NOTE_SHOWN_MAX ? NOTE_SHOWN_MAX - 3 : length;
         while (length > NOTE_SHOWN_MAX && ((unsigned char)newest[shown] & 0xc0u) == 0x80u)
-            shown--; /* never cuts a multi-byte character */
+            shown--; /* do not cut a multi-byte character */
         snprintf(part, sizeof part, "%.*s%s", (int)shown, newest,
                  length > NOTE_SHOWN_MAX ? "..." : "");
         append_text(text, sizeof text, part);
@@ -190,7 +190,7 @@ static void add_notes(const struct preview *preview, struct answer *answer)
                  preview->repeated_run ? preview->repeated_run : ANSWER_UNKNOWN);
 }
 
-/* Adds a row of the list. `bases`: with the CAN base of the board. */
+/* Adds a row of the list. `bases`: include the CAN base of the board. */
 static void add_preview(const struct preview *preview, bool bases, struct answer *answer)
 {
     const struct store_landing *landing = &preview->measured.landing;
@@ -199,7 +199,7 @@ static void add_preview(const struct preview *preview, bool bases, struct answer
     state_text(preview, state, sizeof state);
     answer_count(answer, "run", "RUN", landing->id);
     bool dated = landing->armed_us >= SURVEY_EARLIEST_DATE_US;
-    /* without UTC, which is in the column head */
+    /* without "UTC", which is in the column head */
     answer_words(answer, NULL, "armed|UTC", "%.*s", dated ? 16 : 40, when);
     answer_words_or_none(answer, "armed", NULL, dated ? when : NULL, NULL);
     answer_count(answer, "armed_us", NULL, landing->armed_us);
@@ -238,7 +238,7 @@ static void add_landings(struct store *store, const struct store_landing *row, s
     answer_close_group(answer);
 }
 
-/* Prints the numbers of series and surveys, and the next step if something is missing. */
+/* Prints the numbers of series and surveys, and suggests the next step if something is missing. */
 static void add_contents(const char *db, size_t landings, size_t series, size_t surveys,
                          struct answer *answer)
 {
@@ -260,8 +260,8 @@ static void add_contents(const char *db, size_t landings, size_t series, size_t 
                         series, db, surveys, surveys == 1 ? "" : "s", db);
 }
 
-/* Largest number of landings for which the list includes the record of warnings and advice, which
- * needs all readings of each landing. The report always includes it. */
+/* Largest number of landings for which the list includes the record of warnings and advice:
+ * computing it requires all readings of each landing. The report always includes it. */
 #define RECORDS_MAX 30
 
 static void add_result(struct store *store, size_t landings, struct answer *answer)

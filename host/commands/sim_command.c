@@ -14,7 +14,7 @@
 
 #define M_PER_FT 0.3048
 #define HISTORY_INTERVAL_S \
-    0.001 /* s between rows of --csv; a thousandth of the time if that is shorter */
+    0.001 /* interval between rows of --csv, s; a thousandth of the duration if that is shorter */
 
 struct request {
     const char *scene_path;
@@ -49,8 +49,8 @@ static bool show_progress(void *progress, int pass, double part)
     return sim_progress(progress, pass, part) && !interrupted;
 }
 
-/* Runs the scene. Ctrl-C ends the run and keeps the results so far; a second Ctrl-C ends the
- * program. */
+/* Runs the scene. The first Ctrl-C ends the run, and the results so far are printed; the second
+ * ends the program. */
 static enum mr_status run_scene(struct request *request, const struct sim_scene *scene,
                                 const struct cli *cli, struct sim_result *result,
                                 struct error *error)
@@ -72,7 +72,7 @@ static enum mr_status run_scene(struct request *request, const struct sim_scene 
 }
 
 /* Writes the history of the requested mats, one row per sample: displacements, and in planar models
- * also the heights of the left ends. */
+ * also the height of each mat's left end. */
 static enum mr_status write_csv(const struct request *request, const struct sim_scene *scene,
                                 const struct sim_result *result, const struct cli *cli,
                                 struct error *error)
@@ -100,7 +100,7 @@ static enum mr_status write_csv(const struct request *request, const struct sim_
     return output_end(&output, error);
 }
 
-/* Requests a history of the middle of each mat of --csv. */
+/* Requests samples in the middle of each mat of --csv. */
 static void request_history(struct request *request, const struct sim_scene *scene,
                             double **stations)
 {

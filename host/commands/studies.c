@@ -28,9 +28,9 @@ static bool try_program(char *path, size_t size, const char *folder, size_t leng
            access(path, X_OK) == 0;
 }
 
-/* Finds matrig-study: in the folder of `matrig` (a path), in ../libexec/matrig relative to that
- * folder, or in the folders of `search`. `search` has the form of PATH; empty entries are skipped;
- * NULL: none. Returns false if it is not found. */
+/* Finds matrig-study: in the folder of the program with the path `matrig`, in ../libexec/matrig
+ * relative to that folder, or in the folders listed in `search`, which has the form of PATH (empty
+ * entries are skipped; NULL: no list). Returns false if it is not found. */
 static bool study_find(const char *matrig, const char *search, char *path, size_t size)
 {
     const char *slash = strrchr(matrig, '/');

@@ -15,8 +15,8 @@
 
 struct study_request {
     const char *path, *plot;
-    const char *ground; /* NULL: the value in the file */
-    int64_t seeds;      /* 0: the value in the file */
+    const char *ground; /* ground of the study; NULL: that in the file */
+    int64_t seeds;      /* number of seeds; 0: that in the file */
 };
 
 struct error_request {
@@ -43,7 +43,8 @@ int error_command(int argc, char **argv, const struct cli *cli);
 int fit_command(int argc, char **argv, const struct cli *cli);
 int sweep_command(int argc, char **argv, const struct cli *cli);
 
-/* First argument of matrig-study. The version and the path of the matrig that starts it follow. */
+/* First argument of matrig-study. The next two are the version and the path of the matrig that
+ * starts it. */
 #define STUDY_STARTED_BY "--started-by"
 
 /* Runs a command of matrig-study from matrig. matrig-study replaces matrig in the same process,

@@ -47,7 +47,7 @@ static const char *const line_names[SURVEY_DIAGONALS] = {"line 1", "line 2", "li
                                                          "line 5", "line 6", "line 7"};
 
 /* Adds the changes between gage points along the runway. The printed table has only places with
- * readings; the JSON also has add_matrices. */
+ * readings; for the JSON, add_matrices adds all places. */
 static void add_spans(const struct survey *survey, const struct survey_results *found,
                       struct answer *answer)
 {
@@ -212,7 +212,7 @@ static void add_worst_bow(const struct survey_results *found, struct answer *ans
     answer_close_group(answer);
 }
 
-/* Adds the readings of all places, also places without a reading, to the JSON only. */
+/* Adds the values of all places, including those without a reading, to the JSON only. */
 static void add_matrices(const struct survey *survey, const struct survey_results *found,
                          struct answer *answer, double factor)
 {
@@ -252,7 +252,7 @@ struct request {
     bool begins_new, end, show, can, doubtful, force;
     enum survey_edges edges;
     double closed_in, error_in;
-    int64_t number, withdraw; /* number: 0 for the newest survey; withdraw: 0 for none */
+    int64_t number, withdraw; /* number: 0: the newest survey; withdraw: 0: none */
 };
 
 /* ---- typed readings ---- */
@@ -346,7 +346,7 @@ static void report_outcome(const struct entry_session *session, enum survey_entr
     }
 }
 
-/* Handles one line that the user typed. */
+/* Processes one line that the user typed. */
 static void handle_line(struct entry_session *session, const char *line)
 {
     struct survey_entry entry;
@@ -425,8 +425,8 @@ static void enter_readings(struct entry_session *session)
 
 /* ---- a sheet ---- */
 
-/* Reads all readings from a sheet. Readings that the user would have to confirm at the keyboard are
- * refused without --doubtful. */
+/* Reads all readings from a sheet. Without --doubtful, refuses readings that a user at the keyboard
+ * would have to confirm. */
 static void read_sheet(struct entry_session *session)
 {
     static struct survey_sheet sheet;
@@ -469,11 +469,13 @@ static void read_sheet(struct entry_session *session)
 
 /* ---- one run of the command ---- */
 
-#define SAME_READING_TOLERANCE_IN 1e-6 /* a caliper resolves 0.0005 in */
-#define SAME_READINGS_MIN         10u  /* two surveys never have this many identical readings */
+/* readings that differ by less are identical; a caliper resolves 0.0005 in */
+#define SAME_READING_TOLERANCE_IN 1e-6
+/* two different surveys never have this many identical readings */
+#define SAME_READINGS_MIN         10u
 
-/* Refuses a sheet that is the sheet of the newest survey: the result would be a runway without
- * movement. */
+/* Refuses a sheet with the readings of the newest survey, because the result would be a runway that
+ * has not moved. */
 static void refuse_identical_sheet(const struct request *request, struct store *store,
                                    const struct survey_sheet *sheet)
 {
@@ -496,8 +498,8 @@ static void refuse_identical_sheet(const struct request *request, struct store *
                   read, (long long)newest.row.id, request->from);
 }
 
-/* Checks the sheet before anything is created: an unreadable sheet must not create a survey or a
- * campaign. `store`: NULL if the campaign does not exist. */
+/* Checks the sheet before a survey or a campaign is created, so that an unreadable sheet does not
+ * create one. `store`: NULL if the campaign does not exist. */
 static void check_sheet(const struct request *request, struct store *store)
 {
     static struct survey_progress progress;
@@ -596,15 +598,17 @@ static void run_survey(const struct request *request, struct store *store, struc
 
 struct load_result {
     unsigned sent_segment_count; /* number of segments sent to the board */
-    /* number of these segments for which the board reports another value */
+    /* number of these segments for which the board reports a different value */
     unsigned different_segment_count;
     unsigned
-        older_segment_count; /* number of segments that only an earlier survey set in the board */
+        /* number of segments that were set in the board by an earlier survey only */
+        older_segment_count;
 };
 
-#define ANSWER_TIMEOUT_S      2.0 /* s, after which the command is sent again */
+/* time without an answer after which the command is sent again, s */
+#define ANSWER_TIMEOUT_S      2.0
 #define TRIES_MAX             3
-#define OPENING_RESOLUTION_IN 1e-4 /* resolution of the command and of the answer */
+#define OPENING_RESOLUTION_IN 1e-4 /* resolution of openings in the command and in the answer */
 
 struct board_load {
     struct dialogue *dialogue;
@@ -731,7 +735,7 @@ static size_t write_sheet(const struct request *request, struct store *store, st
     else
         survey_load_open(store, survey, &found, fatal);
     if (!found) {
-        /* a new survey, whose previous readings are those of the newest survey */
+        /* a new survey, in which the readings of the newest survey are the previous readings */
         static struct survey newest;
         struct error none = {0};
         survey_progress_init(&survey->progress, request->edges);
@@ -759,7 +763,7 @@ static int run_request(const struct request *request)
     static struct survey survey;
     static struct survey_results found;
     struct load_result loaded = {.sent_segment_count = 0};
-    /* a campaign can be created by its first --sheet */
+    /* the first --sheet may create the campaign */
     bool fresh = request->sheet && access(request->db, F_OK) != 0;
     bool reading = !fresh && (request->show || request->sheet);
     bool begins = !reading && !request->load && !request->end && !request->withdraw;

@@ -20,19 +20,21 @@
 
 struct request {
     const struct cli *cli;
-    const char *words[2]; /* DB, CHANNEL */
+    const char *words[2]; /* operands DB and CHANNEL */
     const char *at_text, *config;
     double hours, kelvin;
     int64_t run;
-    int channel;     /* index of the channel; -1: all */
-    double at_value; /* NaN: at the peak, or at a third of the range */
+    int channel; /* index of the channel; -1: all */
+    /* reading for which the budget is computed; NaN: the peak, or a third of the range without a
+     * landing */
+    double at_value;
 };
 
-/* The data from which the budgets are computed. */
+/* Data from which the budgets are computed. */
 struct budget_input {
     struct mr_config config;
     bool is_config_known;
-    int64_t run; /* RUN of the landing; 0: none, only a configuration */
+    int64_t run; /* RUN of the landing; 0: only a configuration is used */
     struct measured measured;
     struct certificates certificates;
 };
@@ -40,7 +42,7 @@ struct budget_input {
 struct channel_budget {
     unsigned index;
     struct mr_channel_config channel;
-    double value; /* reading for which the budget is computed, in or lb */
+    double value; /* reading for which the budget is computed, inches or pounds */
     struct budget budget;
     const struct store_certificate *certificate; /* NULL: the channel has no certificate */
 };
@@ -92,8 +94,8 @@ static void load_budget_input(const struct request *r, struct budget_input *s)
 
 /* ---- one channel ---- */
 
-/* Describes a reading of the landing for the error budget: the peak in the summary, or
- * `at_value`. */
+/* Returns the conditions of a reading in the landing, for the error budget: the peak in the
+ * summary, or `at_value`. */
 static struct mr_error_conditions make_landing_case(const struct budget_input *s, double at_value,
                                                     struct channel_budget *one)
 {
@@ -105,7 +107,7 @@ static struct mr_error_conditions make_landing_case(const struct budget_input *s
     return measured_error_case(&s->measured, channel, one->value, measured_peak_samples(channel));
 }
 
-/* Describes a reading of a board with this configuration for the error budget. */
+/* Returns the conditions of a reading of a board with this configuration, for the error budget. */
 static struct mr_error_conditions make_plain_case(const struct request *r,
                                                   const struct budget_input *s,
                                                   struct channel_budget *one)
