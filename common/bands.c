@@ -4,10 +4,11 @@
 
 #include "common/wire.h"
 
-/* a change is sudden if it exceeds the changes before and after it by this factor */
+/* a change is sudden if it is larger by this factor than the changes before and after it */
 #define SUDDEN_RATIO_MIN     3.0f
-#define PERSISTING_SHARE_MIN 0.5f /* fraction of a sudden change that must persist */
-#define SIGNIFICANCE_SIGMA   3.0f /* in standard errors */
+/* fraction of a sudden change that must remain after the hold time */
+#define PERSISTING_SHARE_MIN 0.5f
+#define SIGNIFICANCE_SIGMA   3.0f /* smallest significant change, in standard errors */
 #define UNKNOWN_STATION_FT   1e6f
 
 float mr_bands_tension_error_lb(const struct mr_channel_config *gage, float tension_lb)
@@ -40,7 +41,8 @@ static void collect_gages_by_station(const struct mr_bands *bands, struct mr_ban
     }
 }
 
-/* The weight of a gage is the share of the band between the midpoints to its neighbours. */
+/* Computes the weight of each gage: the fraction of the band between the midpoints to its
+ * neighbours. */
 static void compute_gage_weights(const struct mr_bands *bands, struct mr_band *band)
 {
     float sum = 0.0f;
@@ -48,7 +50,7 @@ static void compute_gage_weights(const struct mr_bands *bands, struct mr_band *b
         unsigned before = i ? i - 1 : i, after = i + 1 < band->gages ? i + 1 : i;
         float length_ft = get_gage_station_ft(bands, band->gage[after]) -
                           get_gage_station_ft(bands, band->gage[before]);
-        if (after - before == 1) /* at an end of the band: only one neighbour */
+        if (after - before == 1) /* a gage at an end of the band has only one neighbour */
             length_ft *= 2.0f;
         band->weight[i] = length_ft > 0.0f && length_ft < UNKNOWN_STATION_FT / 2.0f ? length_ft
                                                                                     : 1.0f;
@@ -109,7 +111,7 @@ static void add_finding(struct mr_bands *bands, unsigned band, unsigned gage, un
                                      .block = block};
 }
 
-/* Length-weighted mean of a band over its valid gages. */
+/* Returns the mean tension of a band over its valid gages, weighted by length. */
 static float compute_weighted_mean_lb(const struct mr_band *band, const float *lb_by_place)
 {
     float sum = 0.0f, weights = 0.0f;
@@ -122,15 +124,16 @@ static float compute_weighted_mean_lb(const struct mr_band *band, const float *l
     return weights > 0.0f ? sum / weights : MR_NAN;
 }
 
-/* Tension of a gage `age` steps ago; 0: the newest. */
+/* Returns the tension at a gage `age` steps ago; 0: the newest. */
 static float get_tension_before_lb(const struct mr_bands *bands, unsigned gage, unsigned age)
 {
     return bands->history[(bands->newest_row + MR_BANDS_HISTORY_STEPS - age) %
                           MR_BANDS_HISTORY_STEPS][gage];
 }
 
-/* Finds neighbours that changed in opposite directions and whose difference fell. Returns the place
- * of the first in the band, or band->gages: none. */
+/* Finds two neighbouring gages that changed in opposite directions so that their difference
+ * decreased, as after a rivet has pulled out. Returns the position of the first in the band;
+ * band->gages: none. */
 static unsigned find_rivet_pullout(const struct mr_bands *bands, const struct mr_band *band,
                                    const float *step_lb)
 {
@@ -156,7 +159,8 @@ static unsigned find_rivet_pullout(const struct mr_bands *bands, const struct mr
     return found;
 }
 
-/* Returns the neighbour with the larger change, or band->gages for a gage at an end of the band. */
+/* Returns the neighbour of a gage with the larger change; band->gages if the gage is at an end of
+ * the band. */
 static unsigned find_larger_neighbour(const struct mr_band *band, const float *step_lb,
                                       unsigned place)
 {
@@ -166,9 +170,9 @@ static unsigned find_larger_neighbour(const struct mr_band *band, const float *s
                                                                                      : place + 1;
 }
 
-/* Records a candidate when no pair of neighbours was found: a pullout (moved load) when any gage
- * rose, a step when one gage dropped alone, a slip when several dropped and none rose. `trend_lb`:
- * the change of each gage in two steps without the event. */
+/* Records a possible failure if find_rivet_pullout found none: a pullout (the load has moved) if
+ * any gage rose, a step if only one gage dropped, a slip if several dropped and none rose.
+ * `trend_lb`: the change of each gage in two steps without the event. */
 static void record_candidate(const struct mr_bands *bands, struct mr_band *band,
                              const float *step_lb, const float *trend_lb, uint32_t block)
 {
@@ -205,7 +209,7 @@ static void record_candidate(const struct mr_bands *bands, struct mr_band *band,
     }
 }
 
-/* Reports the sudden change if it is still present after the hold time. */
+/* Reports a sudden change if it still exists after the hold time. */
 static void confirm_candidate(struct mr_bands *bands, unsigned number)
 {
     struct mr_band *band = &bands->band[number];
@@ -235,8 +239,8 @@ static void classify_step(struct mr_bands *bands, unsigned number, uint32_t bloc
         unsigned g = band->gage[i];
         if (get_tension_before_lb(bands, g, 6) < band->slack_lb ||
             get_tension_before_lb(bands, g, 0) < band->slack_lb)
-            /* Appendix C.5 applies only while the whole band is in tension: a slack band also
-             * changes suddenly as it tightens. */
+            /* Report appendix C.5 applies only while the whole band is under tension: a slack band
+             * also changes suddenly when it becomes tight. */
             return;
         trend_lb[i] = 0.5f *
                       (get_tension_before_lb(bands, g, 4) - get_tension_before_lb(bands, g, 6) +
@@ -264,7 +268,7 @@ static bool is_sudden_change(const struct mr_bands *bands, const struct mr_band 
     if (!(step_lb >= band->step_lb) ||
         __builtin_fabsf(get_tension_before_lb(bands, gage, 1) -
                         get_tension_before_lb(bands, gage, 3)) > step_lb)
-        /* There is no step, or it occurred within a mean, so that the next difference is larger. */
+        /* no step, or one inside a mean, whose effect continues in the next difference */
         return false;
     float before_lb = __builtin_fabsf(at4 - get_tension_before_lb(bands, gage, 6)),
           after_lb = __builtin_fabsf(get_tension_before_lb(bands, gage, 0) - at2);
@@ -292,7 +296,7 @@ static void check_for_slack(struct mr_bands *bands, unsigned number, unsigned ga
 static void update_tension_extremes(struct mr_band *band, unsigned gage, float lb, uint32_t block)
 {
     struct mr_band_extreme here = {.tension_lb = lb, .gage = (uint8_t)(gage + 1), .block = block};
-    /* negated, so that both are also true for the first reading, when min and max are NaN */
+    /* negated, so that it is also true for the first reading, when the extremes are NaN */
     if (!(lb >= band->min_tension.tension_lb))
         band->min_tension = here;
     if (!(lb <= band->max_tension.tension_lb))

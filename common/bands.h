@@ -3,7 +3,7 @@
  *
  * The input is the tension of every gage, once per MR_BANDS_STEP_BLOCKS blocks (the means of four
  * blocks that the messages tension_* carry). The gages of a band are processed in order of station.
- * A gage without a valid reading (NaN) is left out.
+ * A gage without a valid reading (NaN) is ignored.
  *
  * The figures of a band are its pretension, its minimum and maximum tension since the first
  * movement (with gage and block), its tension after the landing, and the change (after minus
@@ -42,23 +42,27 @@
 #include "common/config.h"
 
 #define MR_BANDS_STEP_BLOCKS          4u
-#define MR_BANDS_GROUP_STEPS          64u /* steps per group, 256 ms */
-/* number of steps kept: two intervals before, two during and two after a sudden change */
+#define MR_BANDS_GROUP_STEPS          64u /* number of steps in a group, 256 ms */
+/* number of steps that are kept: two intervals before, two during and two after a sudden change */
 #define MR_BANDS_HISTORY_STEPS        7u
-/* steps (40 ms) that a sudden change must persist; a later change is a new one */
+/* number of steps (40 ms) that a sudden change must persist; a later change counts as a new one */
 #define MR_BANDS_PERSIST_STEPS        10u
-/* steps (12 ms) below the limit before a gage counts as slack */
+/* number of steps (12 ms) below the limit after which a gage counts as slack */
 #define MR_BANDS_SLACK_STEPS          3u
-#define MR_BANDS_SLACK_MAX_SHARE      0.10f /* as a fraction of the pretension */
-#define MR_BANDS_SUDDEN_MIN_SHARE     0.05f /* as a fraction of the pretension */
-#define MR_BANDS_SUDDEN_MIN_LB        5.0f  /* lower limit of the step that counts as sudden */
+/* tension below which a gage counts as slack, as a fraction of the pretension */
+#define MR_BANDS_SLACK_MAX_SHARE      0.10f
+/* smallest sudden change, as a fraction of the pretension */
+#define MR_BANDS_SUDDEN_MIN_SHARE     0.05f
+/* smallest sudden change, also for a small pretension */
+#define MR_BANDS_SUDDEN_MIN_LB        5.0f
 /* fraction of the largest sudden change; smaller changes are ignored */
 #define MR_BANDS_SUDDEN_IGNORED_SHARE 0.15f
-#define MR_BANDS_SPREAD_MAX_SHARE     0.20f /* as a fraction of the mean tension */
-#define MR_BANDS_FINDINGS_MAX         16u   /* maximum number of findings in one step */
+/* allowed difference between the gages of a band, as a fraction of the mean tension */
+#define MR_BANDS_SPREAD_MAX_SHARE     0.20f
+#define MR_BANDS_FINDINGS_MAX         16u /* maximum number of findings in one step */
 
 struct mr_band_finding {
-    uint8_t band, gage; /* band and gage, from 1 */
+    uint8_t band, gage; /* numbers of band and gage, from 1 */
     /* gage on the other side of the connection; for "unequal" the gage with the most tension; 0:
      * none */
     uint8_t other;
@@ -68,7 +72,7 @@ struct mr_band_finding {
 };
 
 struct mr_band_extreme {
-    float tension_lb; /* tension; NaN: none yet */
+    float tension_lb; /* extreme tension; NaN: none yet */
     uint8_t gage;
     uint32_t block;
 };
@@ -77,16 +81,17 @@ struct mr_band_candidate { /* a sudden change that has not persisted long enough
     uint8_t reason;        /* enum mr_band_reason; 0: none */
     uint8_t position, other;
     float change_lb; /* change at the gage `position` */
-    /* change that must remain: of the weighted mean for a slip, else of the gage */
+    /* change that must remain: of the weighted mean for a slip, otherwise of the gage */
     float min_lb;
-    float from_lb; /* tension before the change, extrapolated with the trend around it */
+    float from_lb; /* tension before the change, extrapolated with the trend before and after it */
     uint32_t block;
 };
 
 struct mr_band {
     uint8_t gages;
-    uint8_t gage[MR_GAGES]; /* numbers from 0, ordered by station */
-    float weight[MR_GAGES]; /* share of the band's length that each gage represents; sum 1 */
+    uint8_t gage[MR_GAGES]; /* numbers of the gages from 0, ordered by station */
+    /* fraction of the band's length that each gage represents; the sum is 1 */
+    float weight[MR_GAGES];
     float step_lb, slack_lb, yield_lb;
     struct mr_band_extreme min_tension, max_tension;
     uint8_t persist_steps; /* steps until the next search for a sudden change */
@@ -105,7 +110,8 @@ struct mr_bands {
     float sum_lb[MR_GAGES], square_sum_lb2[MR_GAGES];
     unsigned group_steps;
     bool is_group_quiet;
-    float group_mean_lb[MR_GAGES], group_noise_lb[MR_GAGES]; /* last whole group; NaN: none */
+    /* means and noise of the last complete group; NaN: none */
+    float group_mean_lb[MR_GAGES], group_noise_lb[MR_GAGES];
     float before_lb[MR_GAGES], before_noise_lb[MR_GAGES];
     uint8_t slack_step_count[MR_GAGES];
     uint32_t slack_reported_gages,
@@ -115,7 +121,7 @@ struct mr_bands {
 };
 
 struct mr_band_figures {
-    unsigned gages; /* number of gages with a valid tension both before and after */
+    unsigned gages; /* number of gages with a valid tension both before and after the landing */
     float before_lb, before_error_lb, spread_lb;
     float after_lb, change_lb, change_error_lb;
     struct mr_band_extreme min, max;
@@ -140,8 +146,8 @@ void mr_bands_end(struct mr_bands *bands);
 void mr_bands_get_figures(const struct mr_bands *bands, unsigned band,
                           struct mr_band_figures *figures);
 
-/* Minimum, mean and maximum of a band's valid gages in this step, NaN if no gage is valid. Returns
- * the number of valid gages. */
+/* Finds minimum, mean and maximum of a band's valid gages in this step; NaN if no gage is valid.
+ * Returns the number of valid gages. */
 unsigned mr_bands_find_extremes(const struct mr_channel_config *gages,
                                 const float tension_lb[MR_GAGES], unsigned band, float *least_lb,
                                 float *mean_lb, float *most_lb);

@@ -7,11 +7,11 @@
 #define BLOCK_BYTES 64u
 #define ROUNDS      10u
 
-/* RFC 7693 2.6: the first 32 bits of the fractional parts of the square roots of 2, 3, 5 ... 19. */
+/* first 32 bits of the fractional parts of the square roots of 2, 3, 5 ... 19 (RFC 7693 2.6) */
 static const uint32_t initial_state[8] = {0x6a09e667u, 0xbb67ae85u, 0x3c6ef372u, 0xa54ff53au,
                                           0x510e527fu, 0x9b05688cu, 0x1f83d9abu, 0x5be0cd19u};
 
-/* RFC 7693 2.7 */
+/* order of the message words in each round (RFC 7693 2.7) */
 static const uint8_t sigma[ROUNDS][16] = {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15},
                                           {14, 10, 4, 8, 9, 15, 13, 6, 1, 12, 0, 2, 11, 7, 5, 3},
                                           {11, 8, 12, 0, 5, 2, 15, 13, 10, 14, 3, 6, 7, 1, 9, 4},
@@ -23,7 +23,7 @@ static const uint8_t sigma[ROUNDS][16] = {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11,
                                           {6, 15, 14, 9, 11, 3, 0, 8, 12, 2, 13, 7, 1, 4, 10, 5},
                                           {10, 2, 8, 4, 7, 6, 1, 5, 15, 11, 9, 14, 3, 12, 13, 0}};
 
-/* Words of `v` in each of a round's eight mixings: columns, then diagonals. */
+/* words of `v` in each of the eight mixings of a round: columns, then diagonals */
 static const uint8_t mixed_words[8][4] = {{0, 4, 8, 12},  {1, 5, 9, 13},  {2, 6, 10, 14},
                                           {3, 7, 11, 15}, {0, 5, 10, 15}, {1, 6, 11, 12},
                                           {2, 7, 8, 13},  {3, 4, 9, 14}};
@@ -33,7 +33,7 @@ static uint32_t rotate_right(uint32_t word, unsigned bits)
     return word >> bits | word << (32u - bits);
 }
 
-/* RFC 7693 3.2. `counted`: bytes so far, including this block. */
+/* Compresses one block (RFC 7693 3.2). `counted`: number of bytes so far, including this block. */
 static void compress(uint32_t h[8], const uint8_t block[BLOCK_BYTES], uint32_t counted,
                      uint32_t last)
 {
@@ -70,7 +70,7 @@ void mr_blake2s(uint8_t *out, size_t out_length, const uint8_t *key, size_t key_
     uint8_t block[BLOCK_BYTES] = {0};
     memcpy(h, initial_state, sizeof h);
     h[0] ^= 0x01010000u ^ (uint32_t)key_length << 8 ^ (uint32_t)out_length;
-    if (key_length) { /* the key is a separate block ahead of the message */
+    if (key_length) { /* the key is a block of its own before the message */
         memcpy(block, key, key_length);
         counted = BLOCK_BYTES;
         compress(h, block, counted, length ? 0 : UINT32_MAX);

@@ -10,7 +10,8 @@
 
 #define MR_BLAKE2S_BYTES_MAX 32u /* maximum bytes of an output and of a key */
 
-/* `out_length` 1 to 32, `key_length` 0 (no key) to 32, `length` below 2^32 - 64. */
+/* Computes the hash. `out_length`: 1 to 32; `key_length`: 0 (no key) to 32; `length`: below 2^32 -
+ * 64. */
 void mr_blake2s(uint8_t *out, size_t out_length, const uint8_t *key, size_t key_length,
                 const uint8_t *bytes, size_t length);
 

@@ -5,12 +5,12 @@
 
 #include "common/wire.h"
 
-/* Two codes are processed at a time, one in each half of a word. The sum of 8 codes of 12 bits has
- * 15 bits, so no half carries into the other. */
+/* A code in both halves of a word. Two codes are processed at a time; the sum of 8 codes of 12 bits
+ * has 15 bits, so no half overflows into the other. */
 #define IN_BOTH_HALVES(code) ((uint32_t)(code)*0x00010001u)
 #define CODE_RANGE           4096u
 
-/* The codes of two neighbouring channels in one scan. */
+/* Returns the codes of two neighbouring channels in one scan, as the halves of a word. */
 static inline uint32_t get_pair(const uint16_t *code)
 {
     uint32_t pair;
@@ -23,8 +23,9 @@ static inline void put_pair(uint16_t *sums, uint32_t pair)
     __builtin_memcpy(sums, &pair, sizeof pair);
 }
 
-/* The bit of value CODE_RANGE is set in a half with a saturated code. A half that borrows from its
- * neighbour is saturated itself, so the word has such a bit exactly when a code is saturated. */
+/* Returns a word with the bit CODE_RANGE set in each half with a saturated code. A half that
+ * borrows from the other one is itself saturated, so the result is zero exactly if no code is
+ * saturated. */
 static inline uint32_t get_saturation_bits(uint32_t pair)
 {
     return (pair - IN_BOTH_HALVES(MR_CODE_LOW + 1u)) |
@@ -131,7 +132,7 @@ static void sum_columns(struct mr_block *block, const uint8_t *channel, unsigned
     }
     if (i == count)
         return;
-    even[i] = odd[i] = 0; /* the last column, if the number of columns is odd */
+    even[i] = odd[i] = 0; /* the last column alone, if the number of columns is odd */
     for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan += 2) {
         even[i] = (uint16_t)(even[i] + code[scan * count + i]);
         odd[i] = (uint16_t)(odd[i] + code[(scan + 1) * count + i]);

@@ -3,9 +3,10 @@
  * TIM4 triggers both converters at 8 kHz, so a block is 8 scans. Converter 3 scans the 8
  * transducers while the excitation reverses from scan to scan, so each transducer has one sum per
  * polarity (4 codes each); converter 1 scans 16 channels (14 gages, staircase, reference; 8 codes
- * each). All output of the board is a function of these records, the edges and the commands, so any
- * codes with equal sums and counts replay bit for bit. The record of a landing begins four blocks
- * before the block in which it was armed, because the first means reach back that far.
+ * each). All output of the board depends only on these records, the edges and the commands, so a
+ * replay with any codes that have the same sums and counts is identical bit for bit. The record of
+ * a landing begins four blocks before the block in which it was armed, because the first means
+ * reach back that far.
  *
  * A channel that is not fitted is neither converted nor stored: its sums and counts are 0 in the
  * struct and left out on the wire. Staircase and reference are always present.
@@ -30,7 +31,7 @@
 #define MR_TRANSDUCERS      8u
 #define MR_GAGES            14u
 #define MR_ADC1_CHANNELS    16u
-#define MR_ADC1_STAIRCASE   14u /* index in the scan of converter 1 */
+#define MR_ADC1_STAIRCASE   14u /* index of the staircase in the scan of converter 1 */
 #define MR_ADC1_REFERENCE   15u
 #define MR_REFERENCE        (MR_TRANSDUCERS + MR_ADC1_REFERENCE) /* channel */
 #define MR_CHANNELS         (MR_TRANSDUCERS + MR_ADC1_CHANNELS)
@@ -43,17 +44,17 @@
 #define MR_BITS_OPTIONAL    (MR_BITS_TRANSDUCERS | MR_BITS_GAGES)
 
 #define MR_TICKS_PER_BLOCK 84000u /* ticks of TIM2 at 84 MHz */
-#define MR_CODE_LOW        8u     /* codes up to this one count as saturated low */
-#define MR_CODE_HIGH       4087u  /* codes from this one up count as saturated high */
+#define MR_CODE_LOW        8u     /* codes up to this one count as saturated at the low end */
+#define MR_CODE_HIGH       4087u  /* codes from this one on count as saturated at the high end */
 
 struct mr_block {
-    uint32_t index; /* blocks since the scans began; a jump means lost blocks */
-    uint32_t tick;  /* TIM2 at the first trigger of the block, 1/84 us */
+    uint32_t index; /* number of blocks since the scans began; a jump means that blocks were lost */
+    uint32_t tick;  /* value of TIM2 at the first trigger of the block, 1/84 us */
     union {
         struct {
-            uint16_t forward_sum[MR_TRANSDUCERS];  /* sum of 4 codes, excitation forward */
-            uint16_t reversed_sum[MR_TRANSDUCERS]; /* sum of 4 codes, excitation reversed */
-            uint16_t sum[MR_ADC1_CHANNELS];        /* sum of 8 codes */
+            uint16_t forward_sum[MR_TRANSDUCERS];  /* sum of 4 codes with forward excitation */
+            uint16_t reversed_sum[MR_TRANSDUCERS]; /* sum of 4 codes with reversed excitation */
+            uint16_t sum[MR_ADC1_CHANNELS];        /* sums of 8 codes */
         };
         uint16_t sums[MR_BLOCK_SUMS]; /* all sums as one array */
     };
@@ -74,10 +75,11 @@ static inline uint32_t mr_block_absent_sums(uint32_t absent)
  * (converter 3), then the others (converter 1). */
 struct mr_scan {
     uint32_t absent;
-    uint8_t transducer_count, other_count; /* conversions per scan */
+    uint8_t transducer_count, other_count; /* numbers of conversions per scan */
     uint8_t channel[MR_CHANNELS];
 };
-/* `absent`: bits of MR_BITS_OPTIONAL; other bits are ignored. */
+/* Sets the scan to all channels except those in the bit mask `absent`. Only bits of
+ * MR_BITS_OPTIONAL count. */
 void mr_scan_plan(struct mr_scan *scan, uint32_t absent);
 
 /* Sums 8 scans of all channels. `transducers` and `adc1` hold the 12-bit results of the converters
@@ -91,11 +93,11 @@ void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
 void mr_block_from_fitted_scans(struct mr_block *block, const struct mr_scan *scan, uint32_t index,
                                 uint32_t tick, const uint16_t *transducers, const uint16_t *others);
 
-/* Returns the length written, MR_BLOCK_BYTES_MIN to MR_BLOCK_BYTES_MAX. */
+/* Writes the wire form of a block. Returns its length, MR_BLOCK_BYTES_MIN to MR_BLOCK_BYTES_MAX. */
 size_t mr_block_put(const struct mr_block *block, uint8_t out[MR_BLOCK_BYTES_MAX]);
 
-/* MR_OK; MR_TRUNCATED or MR_TOO_LONG: `length` does not match the masks; MR_MALFORMED: impossible
- * masks or counts. */
+/* Reads the wire form of a block. MR_TRUNCATED or MR_TOO_LONG: `length` does not match the masks;
+ * MR_MALFORMED: impossible masks or counts. */
 enum mr_status mr_block_get(struct mr_block *block, const uint8_t *bytes, size_t length);
 
 /* ---- time ---- */
@@ -103,28 +105,30 @@ enum mr_status mr_block_get(struct mr_block *block, const uint8_t *bytes, size_t
 /* Board time in 64 bits: all times in the board's messages are ticks of TIM2 (84 MHz), the only
  * clock of the board, since the scans began.
  *
- * Block b begins with its first trigger, at 84000 b ticks, which is 1000 b microseconds. Edges,
- * film frames, camera pulses and sync frames are sent as captured by TIM2, modulo 2^32 ticks, which
- * wrap every 51.1 s. The block that is sent with a capture identifies the wrap: block indices count
- * milliseconds for 49 days, and the origin (the tick at which block 0 began) is the same for all
- * blocks. A gap of blocks of any length therefore leaves no capture ambiguous, provided that the
- * block sent with the capture is less than 25.5 s from it. Exact integers; pure functions. */
+ * Block b begins with its first trigger, at 84000 b ticks, which is 1000 b microseconds. Times of
+ * edges, film frames, camera pulses and sync frames are sent as captured by TIM2, modulo 2^32
+ * ticks, which wrap every 51.1 s. The block index sent with a capture determines the number of
+ * wraps: block indices count milliseconds for 49 days, and the origin (the tick at which block 0
+ * began) is the same for all blocks. Captures are therefore unambiguous even after a gap of blocks
+ * of any length, if the block sent with the capture is less than 25.5 s from it. Exact integers;
+ * pure functions. */
 
 #define MR_TICKS_PER_US 84
 
-/* TIM2, modulo 2^32, at the beginning of block 0, computed from the index and first tick of any
- * block. */
+/* Returns the value of TIM2, modulo 2^32, at the beginning of block 0, computed from the index and
+ * the first tick of any block. */
 static inline uint32_t mr_boardtime_origin(uint32_t block, uint32_t tick)
 {
     return tick - block * MR_TICKS_PER_BLOCK;
 }
-/* TIM2, modulo 2^32, at the beginning of a block; `origin` from mr_boardtime_origin. */
+/* Returns the value of TIM2, modulo 2^32, at the beginning of a block; `origin` is from
+ * mr_boardtime_origin. */
 static inline uint32_t mr_boardtime_tick(uint32_t origin, uint32_t block)
 {
     return origin + block * MR_TICKS_PER_BLOCK;
 }
-/* Ticks from the beginning of the scans to a capture, which is less than 25.5 s from the beginning
- * of `block`. Negative: the capture was before the scans began. */
+/* Returns the number of ticks from the beginning of the scans to a capture that is less than 25.5 s
+ * from the beginning of `block`. Negative: the capture was before the scans began. */
 static inline int64_t mr_boardtime_ticks(uint32_t origin, uint32_t block, uint32_t tick)
 {
     int32_t since = (int32_t)(tick - mr_boardtime_tick(origin, block));

@@ -7,17 +7,17 @@
 /* Writes bit fields into 32-bit words, lowest bit first. Words in memory are little-endian, so
  * bytes also fill from the lowest bit. */
 struct mr_bit_writer {
-    uint8_t *next;      /* address of the next whole word */
+    uint8_t *next;      /* address of the next complete word */
     uint32_t word;      /* bits of the incomplete word */
-    unsigned word_bits; /* always below 32 */
+    unsigned word_bits; /* number of bits in `word`, always below 32 */
 };
 
-/* `bits` at most 31; higher bits of `value` must be 0. Writes at most one word. */
+/* Writes at most 31 bits; higher bits of `value` must be 0. Stores at most one word. */
 static inline void mr_bit_writer_put(struct mr_bit_writer *to, uint32_t value, unsigned bits)
 {
     unsigned total = to->word_bits + bits;
     to->word |= value << to->word_bits;
-    if (total >= 32) { /* a word is full */
+    if (total >= 32) { /* a word is complete */
         to->next = mr_put_u32(to->next, to->word);
         to->word = value >> (32 - to->word_bits);
         total -= 32;
@@ -31,7 +31,8 @@ static inline void mr_bit_writer_put32(struct mr_bit_writer *to, uint32_t value)
     mr_bit_writer_put(to, value >> 16, 16);
 }
 
-/* Writes the incomplete word, padded with zeroes. Returns the bits written since `start`. */
+/* Writes the incomplete word, padded with zeroes. Returns the number of bits written since
+ * `start`. */
 static inline size_t mr_bit_writer_end(struct mr_bit_writer *to, const uint8_t *start)
 {
     if (to->word_bits)
@@ -50,11 +51,11 @@ enum {
 };
 #define EXTENDED_TAG(kind) (TAG_EXTENDED | (uint32_t)(kind) << 2)
 #define EXTENDED_TAG_BITS  5u
-#define ESCAPE_ZEROES      8u /* number of zeroes that precede a 16-bit value */
-/* a mean of 8: typical difference of the sum of 8 codes with 2 LSB of noise */
+#define ESCAPE_ZEROES      8u /* number of zeroes that mark an uncoded 16-bit value */
+/* initial mean of 8: typical difference of a sum of 8 codes with 2 LSB of noise */
 #define INITIAL_MEAN_X16   128u
 
-/* The sums present in a block: first `four_code_count` sums of 4 codes each, then sums of 8. */
+/* The sums that a block contains: first `four_code_count` sums of 4 codes each, then sums of 8. */
 struct sums {
     const uint16_t *value;
     unsigned four_code_count, count;
@@ -89,7 +90,7 @@ static void gather_present_sums(struct sums *sums, const struct mr_block *block)
             *to++ = block->sums[i];
     }
     if (sums->count % 2)
-        *to = 0; /* is_wide reads pairs */
+        *to = 0; /* pad the list, because is_wide reads pairs */
 }
 
 static unsigned compute_rice_parameter(const struct mr_pack *pack, unsigned i)
@@ -177,7 +178,8 @@ static size_t put_packed(struct mr_bit_writer *to, struct mr_pack *pack, const u
         uint32_t code = ((z - (q << k)) * 2u + 1u) << q;
         unsigned length = q + 1u + k;
         if (__builtin_expect(q >= ESCAPE_ZEROES, 0)) {
-            /* If z needs 17 bits, the block is sent in the wide form, which overwrites this one. */
+            /* If z needs 17 bits, this form is not used: the block is written again in the wide
+             * form. */
             code = z << ESCAPE_ZEROES;
             length = ESCAPE_ZEROES + 16u;
         }
@@ -209,8 +211,8 @@ size_t mr_pack_block(struct mr_pack *pack, const struct mr_block *block,
     struct mr_bit_writer w = {.next = out};
     put_saturation(&w, pack, block);
 
-    /* Nearly every block packs well: write the packed form first and overwrite it if it does not
-     * fit. */
+    /* Nearly every block can be packed: write the packed form first, and write another form over it
+     * if it does not fit. */
     struct mr_bit_writer before = w;
     struct sums sums;
     gather_present_sums(&sums, block);
@@ -257,7 +259,7 @@ size_t mr_pack_padding(unsigned at, uint8_t out[MR_PACK_BYTES_MAX])
 struct bit_reader {
     const uint8_t *stream;
     size_t bits, at;
-    bool is_truncated; /* more bits were read than exist */
+    bool is_truncated; /* more bits were read than the stream has */
 };
 
 static uint32_t get_bits(struct bit_reader *r, unsigned bits)

@@ -36,8 +36,8 @@
 #define MR_PACK_SUMS       MR_BLOCK_SUMS
 #define MR_PACK_PLAIN_BITS (2u + 16u * 14u + 16u * 15u)
 #define MR_PACK_TAG_BITS   2u
-/* Maximum number of bits written: a saturation record of every channel and a packed block in which
- * each sum takes the 16-bit form. Rounded up to whole words, because the output is written in
+/* Maximum number of bits written: a saturation record with every channel, and a packed block in
+ * which each sum has 16 uncoded bits. Rounded up to whole words, because the output is written in
  * words. */
 #define MR_PACK_BITS_MAX   (5u + 24u + 8u * MR_CHANNELS + 2u + 24u * MR_PACK_SUMS)
 #define MR_PACK_BYTES_MAX  ((MR_PACK_BITS_MAX + 31u) / 32u * 4u)
@@ -49,11 +49,12 @@ struct mr_pack {
     uint32_t index; /* index of the next block */
     uint32_t tick;
     uint32_t absent;
-    /* sums of the previous block: only those present, without gaps */
+    /* sums of the previous block: only those that are present, without gaps */
     uint16_t value[MR_PACK_SUMS];
-    uint32_t mean_x16[MR_PACK_SUMS]; /* 16 times the running mean */
+    uint32_t mean_x16[MR_PACK_SUMS]; /* running mean of z for each sum, times 16 */
     uint8_t low[MR_CHANNELS], high[MR_CHANNELS];
-    bool is_wide; /* the previous block was wide: a difference from it may need more than 16 bits */
+    /* the previous block was wide, so a difference from it may need more than 16 bits */
+    bool is_wide;
 };
 
 void mr_pack_reset(struct mr_pack *pack);
@@ -71,7 +72,7 @@ size_t mr_pack_block(struct mr_pack *pack, const struct mr_block *block,
 /* Packs a message; `length` is at most 8. */
 size_t mr_pack_message(uint16_t id, const uint8_t *payload, size_t length,
                        uint8_t out[MR_PACK_BYTES_MAX]);
-/* Padding for a stream whose next bit is bit `at` of a byte; no padding when at is 0. */
+/* Writes padding for a stream whose next bit is bit `at` of a byte; nothing if `at` is 0. */
 size_t mr_pack_padding(unsigned at, uint8_t out[MR_PACK_BYTES_MAX]);
 
 enum mr_record_kind { MR_RECORD_BLOCK, MR_RECORD_MESSAGE, MR_RECORD_OTHER, MR_RECORD_END };
@@ -84,7 +85,7 @@ struct mr_record {
     uint8_t payload[16];
 };
 
-/* Reads the record at bit `*at` of a stream of `bits` bits and advances *at past it. MR_OK;
+/* Reads the record at bit `*at` of a stream of `bits` bits and sets *at to the bit after it.
  * MR_TRUNCATED: the stream ends inside the record, and *at is unchanged; MR_MALFORMED: not a
  * record, or a block before any key. */
 enum mr_status mr_unpack_record(struct mr_pack *pack, const uint8_t *stream, size_t bits,

@@ -139,9 +139,10 @@ static void skip_pages(struct mr_box_reader *reader, size_t pages)
 
 enum mr_status mr_box_reader_next(struct mr_box_reader *reader, struct mr_record *record)
 {
-    uint8_t
-        window[2 *
-               MR_BOXPAGE_PAYLOAD_BYTES]; /* a record may begin on one page and end on the next */
+    uint8_t window[2 *
+                   /* payload of two pages, because a record may begin on one page and end on the
+                * next */
+                   MR_BOXPAGE_PAYLOAD_BYTES];
     for (;;) {
         if (!reader->is_synchronised && !resynchronise(reader))
             return MR_TOO_FEW;

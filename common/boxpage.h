@@ -38,12 +38,12 @@ struct mr_boxpage_header {
     uint16_t record;
     uint8_t kind; /* enum mr_boxpage_kind */
     uint8_t first_record_byte;
-    uint8_t is_freed; /* 1: the record has been freed */
+    uint8_t is_freed; /* 1: the page's record has been freed */
 };
 
 /* Completes a page that already holds kind, first and payload: writes seq, record and CRC. */
 void mr_boxpage_seal(uint8_t page[MR_BOXPAGE_BYTES], uint32_t seq, uint16_t record);
-/* MR_OK; MR_TOO_FEW: erased (all ones); MR_CRC: neither erased nor a valid page. */
+/* Checks a page. MR_TOO_FEW: it is erased (all ones); MR_CRC: it is neither erased nor valid. */
 enum mr_status mr_boxpage_check(const uint8_t page[MR_BOXPAGE_BYTES],
                                 struct mr_boxpage_header *header);
 
@@ -65,9 +65,10 @@ void mr_boxpage_get_start(const uint8_t page[MR_BOXPAGE_BYTES],
 struct mr_boxpage_end {
     uint32_t first_block; /* index of the first block in the stream */
     uint32_t blocks;      /* number of blocks stored */
-    /* blocks not stored since first_block: no room, or lost earlier by the board */
+    /* number of blocks since first_block that were not stored: no room, or lost earlier by the
+     * board */
     uint32_t lost;
-    uint32_t messages_lost; /* messages not stored */
+    uint32_t messages_lost; /* number of messages that were not stored */
 };
 void mr_boxpage_put_end(uint8_t page[MR_BOXPAGE_BYTES], const struct mr_boxpage_end *end);
 void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE_BYTES], struct mr_boxpage_end *end);
@@ -77,14 +78,14 @@ void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE_BYTES], struct mr_boxpage_
 /* Reads a record of the black box: returns the blocks and messages of its pages in order.
  *
  * `pages` holds `count` pages by their number in the record; `present[i]` is 0 if page i is
- * missing. Data between a missing page and the next byte at which a reader may begin are skipped;
- * the block indices show the gap. */
+ * missing. After a missing page, the reader continues at the next byte at which it may begin; the
+ * block indices show the gap. */
 
 struct mr_box_reader {
     const uint8_t *pages;
     const uint8_t *present;
     size_t count;
-    size_t page; /* page at which the next record of the stream begins */
+    size_t page; /* page on which the next record of the stream begins */
     size_t bit;
     bool is_synchronised;
     struct mr_pack pack;
@@ -92,7 +93,7 @@ struct mr_box_reader {
 
 void mr_box_reader_begin(struct mr_box_reader *reader, const uint8_t *pages, const uint8_t *present,
                          size_t count);
-/* Returns the next block or message in `record`. MR_OK; MR_TOO_FEW: no more records. */
+/* Returns the next block or message in `record`. MR_TOO_FEW: there are no more. */
 enum mr_status mr_box_reader_next(struct mr_box_reader *reader, struct mr_record *record);
 
 #endif

@@ -13,10 +13,10 @@
 #include "common/catalogue.h"
 
 #define MR_CAN_ID_MAX   0x7ffu /* largest 11-bit identifier */
-/* the catalogue ends with config_word */
+/* largest base: MR_ID_CONFIG_WORD is the largest identifier of the catalogue */
 #define MR_CAN_BASE_MAX (MR_CAN_ID_MAX - MR_ID_CONFIG_WORD)
 
-/* Convert between the identifier in the catalogue and the identifier on the bus. */
+/* These functions convert an identifier between the catalogue and the bus. */
 static inline uint16_t mr_can_to_bus(uint16_t id, uint16_t base)
 {
     return (uint16_t)((id + base) & MR_CAN_ID_MAX);

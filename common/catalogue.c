@@ -5,7 +5,7 @@
 
 #include "common/wire.h"
 
-/* put: writes the fields in table order. */
+/* put functions: write the fields in the order of the table */
 /* clang-format off */
 #define MESSAGE(name, NAME, id, direction, text)                                         \
     size_t mr_##name##_put(const struct mr_##name *message, uint8_t out[MR_MESSAGE_BYTES_MAX]) \
@@ -20,8 +20,8 @@
     }
 #include "common/catalogue.def"
 
-/* Wire layout of a message: only size and offsets are used, so a struct of byte arrays needs no
- * packing. */
+/* Wire layout of a message as a struct of byte arrays. Only its size and offsets are used, so it
+ * needs no packing. */
 #define SIZE_u8 1
 #define SIZE_i8 1
 #define SIZE_u16 2
@@ -133,8 +133,8 @@ unsigned mr_message_index(uint16_t id)
     }
 }
 
-/* A separate list of the identifiers. If this function used the table above, the image of the board
- * would contain the texts, too. */
+/* Uses a list of identifiers of its own. With the table above, the texts would be linked into the
+ * image of the board. */
 uint16_t mr_message_id_at(unsigned place)
 {
     static const uint16_t ids[] = {
@@ -170,7 +170,8 @@ static void append_number(char **out, const char *end, long number)
     append(out, end, at);
 }
 
-/* Writes "0 idle, 1 armed, 2 landing"; for a bit field the bit numbers. */
+/* Writes the list of values, "0 idle, 1 armed, 2 landing"; for a bit field, the numbers of the
+ * bits. */
 static void append_values(char **out, const char *end, const struct mr_field_info *field)
 {
     bool first = true;
@@ -222,7 +223,7 @@ double mr_field_value(const struct mr_field_info *field, const uint8_t *payload)
 
 /* ---- message ---- */
 
-/* Reads the block of a message from its last field, if this is `block16` or `block`. */
+/* Reads the block of a message from its last field, if that is `block16` or `block`. */
 static void read_block_index(struct mr_message *message, const struct mr_message_info *info,
                              const uint8_t *payload)
 {

@@ -15,8 +15,8 @@
 #include "common/status.h"
 
 /* Layout version of catalogue.def, the block record, the stored configuration and serial framing.
- * It is the version of the latest change to any of these: the size of a union is that of its
- * largest member. The message `hello` contains it. */
+ * The version is the largest one in this union, whose size is that of its largest member. The
+ * message `hello` contains it. */
 union mr_layout_versions {
     uint8_t other_formats[3];
 #define SINCE_LAYOUT(name, NAME, layout) uint8_t name[layout];
@@ -65,8 +65,8 @@ enum mr_message_id {
     MR_ID_BOX_PART = 0x301,
 };
 
-/* Index of each message, from 0, for tables of counts. Block records and black-box parts have an
- * index too. */
+/* Index of each message from 0, for arrays of counts. Block records and parts of black-box pages
+ * have an index too. */
 enum mr_message_index {
 #define MESSAGE(name, NAME, id, direction, text) MR_INDEX_##NAME,
 #include "common/catalogue.def"
@@ -94,7 +94,7 @@ enum mr_wire_type {
 /* Meaning of one number of an ENUM. `word` is NULL after the last entry. */
 struct mr_value {
     long number;
-    const char *word; /* "": no message carries this number */
+    const char *word; /* word for the number; "": no message contains this number */
 };
 enum mr_coding { MR_CODING_NONE, MR_CODING_ENUM, MR_CODING_FLAGS, MR_CODING_BIT_PAIRS };
 
@@ -107,7 +107,7 @@ struct mr_field_info {
     enum mr_wire_type type;
     uint8_t offset; /* position of the first byte in the payload */
     uint8_t size;   /* bytes */
-    float per_unit; /* counts per unit; 0: not a scaled real */
+    float per_unit; /* counts per unit; 0: the field is not a scaled real */
 };
 
 struct mr_message_info {
@@ -115,25 +115,26 @@ struct mr_message_info {
     const char *text;
     uint16_t id;
     enum mr_direction direction;
-    uint8_t length; /* bytes of payload */
+    uint8_t length; /* length of the payload, bytes */
     uint8_t field_count;
     uint16_t every_ms; /* period, ms; 0: not periodic */
     const struct mr_field_info *fields;
 };
 
-/* The whole table of `*count` messages, in ascending order of identifier. Static storage. */
+/* Returns the table of all messages, in ascending order of identifier, and their number in
+ * `*count`. Static storage. */
 const struct mr_message_info *mr_catalogue_messages(size_t *count);
-/* The message with this identifier, or NULL. */
+/* Returns the message with this identifier, or NULL. Static storage. */
 const struct mr_message_info *mr_message_find(uint16_t id);
-/* Conversions between identifier and index. mr_message_index returns MR_MESSAGE_COUNT when the
- * catalogue has no such message. */
+/* These functions convert between identifier and index. mr_message_index returns MR_MESSAGE_COUNT
+ * if the catalogue has no such message. */
 unsigned mr_message_index(uint16_t id);
 uint16_t mr_message_id_at(unsigned place);
-/* Name of the message with this index. Static storage. */
+/* Returns the name of the message with this index. Static storage. */
 const char *mr_message_name(unsigned place);
-/* Text of a field including its list of values, truncated to `size`. */
+/* Writes the text of a field with its list of values, truncated to `size`. */
 void mr_field_text(const struct mr_field_info *field, char *out, size_t size);
-/* Value of a field, in the unit of the field; NaN when missing. `payload` has the message's
+/* Returns the value of a field in its unit; NaN if it is missing. `payload` has the message's
  * length. */
 double mr_field_value(const struct mr_field_info *field, const uint8_t *payload);
 
@@ -154,8 +155,8 @@ struct mr_message {
     } as;
 };
 
-/* MR_OK; MR_UNKNOWN: the catalogue has no such message; MR_TRUNCATED or MR_TOO_LONG: wrong length.
- * On failure the content of `message` is undefined. */
+/* Decodes a message. MR_UNKNOWN: the catalogue has no such message; MR_TRUNCATED or MR_TOO_LONG:
+ * wrong length. On failure the content of `message` is undefined. */
 enum mr_status mr_message_decode(struct mr_message *message, uint16_t id, const uint8_t *payload,
                                  size_t length);
 
@@ -164,9 +165,10 @@ enum mr_status mr_message_decode(struct mr_message *message, uint16_t id, const 
 /* Readings packed over several messages: displacements and tensions on CAN, as defined by the
  * SERIES and SERIES_PACK rows of common/catalogue_series.def.
  *
- * A pack is one of the messages. It carries up to three readings as i16 in `per_unit` counts per
- * inch or pound. The last pack of a series then carries one bit for each missing reading of the
- * series. Every pack ends with the low 16 bits of the block measured. Pure. */
+ * Each of these messages is called a pack. It contains up to three readings as i16 in `per_unit`
+ * counts per inch or pound. In the last pack of a series, one bit for each reading of the series
+ * follows, which is set if the reading is missing. Every pack ends with the low 16 bits of the
+ * measured block. Pure. */
 
 #define MR_PACK_READINGS 3u
 
@@ -183,24 +185,28 @@ enum mr_series_pack_number {
 };
 
 struct mr_series {
-    enum mr_channel_kind kind; /* kind of its channels, which are numbered from 1 */
+    enum mr_channel_kind kind; /* kind of the channels; their numbers begin at 1 */
     char letter;               /* prefix of a channel's name: d1, t14 */
     uint8_t readings;          /* number of readings, at most 16 */
-    uint8_t blocks;            /* blocks averaged per reading, and blocks between two packs */
-    float per_unit;            /* counts per inch or pound */
+    /* number of blocks averaged in a reading, which is also the number of blocks between two
+     * packs */
+    uint8_t blocks;
+    float per_unit; /* counts per inch or pound */
 };
 
 struct mr_series_pack {
     uint16_t id;
     uint8_t series; /* enum mr_series_number */
-    uint8_t first;  /* reading, from 1 */
+    uint8_t first;  /* number of the first reading in the pack, from 1 */
     uint8_t count;
 };
 
-/* `number` below MR_SERIES_COUNT or MR_SERIES_PACK_COUNT. Static storage. */
+/* These functions return a row of the tables; `number` is below MR_SERIES_COUNT or
+ * MR_SERIES_PACK_COUNT. Static storage. */
 const struct mr_series *mr_series_at(unsigned number);
 const struct mr_series_pack *mr_series_pack_at(unsigned number);
-/* Number of the pack with an identifier; MR_SERIES_PACK_COUNT: the message is not a pack. */
+/* Returns the number of the pack with an identifier; MR_SERIES_PACK_COUNT: the message is not a
+ * pack. */
 unsigned mr_series_pack_find(uint16_t id);
 /* Writes one pack. `readings` holds all readings of the series, NaN if missing; `index` is the
  * block measured. Returns the length. */

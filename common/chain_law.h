@@ -1,7 +1,7 @@
 /* Law of a chain of mats over one step: the tension of a joint, and the speed of a mat under
- * Coulomb friction. The code is generic over the number type. Include this file once per type,
- * after defining LAW(name) (the name of function `name` for this type), LAW_REAL, LAW_ABS(x)
- * (fabs) and LAW_COPYSIGN(size, sign) (copysign).
+ * Coulomb friction. The code works for any number type. Include this file once per type, after
+ * defining LAW(name) (the name of function `name` for this type), LAW_REAL, LAW_ABS(x) (fabs) and
+ * LAW_COPYSIGN(size, sign) (copysign).
  *
  * For a scalar type only the case that applies is computed. For a vector type, every case is
  * computed and the result is selected; LAW_VECTOR and the macros below are then defined before the
@@ -20,9 +20,10 @@
 #define LAW_AND(a, b)                      ((a) && (b))
 #define LAW_OR(a, b)                       ((a) || (b))
 #define LAW_NOT(a)                         (!(a))
-/* true if the time after a stop must be computed */
+/* returns whether the time after a stop must be computed */
 #define LAW_NEEDS_REMAINDER(stops, pushes) ((stops) && (pushes))
-#define LAW_IS_SCALAR_TRUE(mask)           (mask) /* false for a vector, whose lanes may differ */
+/* returns `mask` for a scalar; false for a vector, whose lanes may differ */
+#define LAW_IS_SCALAR_TRUE(mask)           (mask)
 #define LAW_MIN(a, b)                      ((a) < (b) ? (a) : (b))
 #define LAW_MAX(a, b)                      ((a) > (b) ? (a) : (b))
 #define LAW_VALUE(x)                       ((LAW_REAL)(x))
@@ -37,8 +38,8 @@ struct LAW(joint) {
 /* State of a joint after the step. */
 struct LAW(pull) {
     LAW_REAL lb;       /* tension; compression is negative */
-    LAW_REAL reach_ft; /* opening at which grit blocks the joint; 0: no grit is left */
-    bool kept;         /* reach_ft is unchanged; used for scalar types only */
+    LAW_REAL reach_ft; /* opening below which grit blocks the joint; 0: there is no grit left */
+    bool kept;         /* reach_ft is unchanged; only used for scalar types */
 };
 
 LAW_FUNCTION struct LAW(pull) LAW(pulled)(LAW_REAL lb, LAW_REAL reach_ft)
@@ -56,9 +57,9 @@ LAW_FUNCTION struct LAW(pull) LAW(pick)(LAW_MASK mask, struct LAW(pull) yes, str
 }
 #endif
 
-/* Tension of a joint with opening g_ft, which changes at rate_ft_s. Beyond reach_ft the joint is
- * open or hooked. Below reach_ft the grit blocks the joint, yields, or is absent. give_ft: grit_lb
- * / kl_lb_ft. */
+/* Returns the tension of a joint with opening g_ft, which changes at rate_ft_s. Above reach_ft the
+ * joint is open or hooked. Below it, the grit (dirt between the mats) blocks the joint or yields,
+ * or there is none. give_ft: grit_lb / kl_lb_ft. */
 LAW_FUNCTION struct LAW(pull)
     LAW(joint_pull)(struct LAW(joint) joint, LAW_REAL grit_lb, LAW_REAL give_ft, LAW_REAL reach_ft,
                     LAW_REAL g_ft, LAW_REAL rate_ft_s)
@@ -86,13 +87,14 @@ LAW_FUNCTION struct LAW(pull)
 struct LAW(slip) {
     LAW_REAL v_ft_s;
     LAW_MASK stops; /* the mat moved before the step and came to rest in it */
-    /* share of the step that remains after the stop, for vector types; 0 without a stop */
+    /* fraction of the step after the stop, for vector types; 0 without a stop */
     LAW_REAL left;
 };
 
-/* Motion of a mat over a step under friction and a constant other force x; per_lb: step over mass.
- * A mat at rest stays at rest while |x| <= friction. A mat that comes to rest within the step stays
- * at rest if |x| <= friction; otherwise x accelerates it for the remainder of the step. */
+/* Returns the motion of a mat over a step under friction and the sum x of all other forces, which
+ * is constant; per_lb: step / mass. A mat at rest stays at rest while |x| <= friction. A mat that
+ * comes to rest within the step stays at rest if |x| <= friction; otherwise x accelerates it for
+ * the remainder of the step. */
 LAW_FUNCTION struct LAW(slip)
     LAW(mat_slip)(LAW_REAL v_ft_s, LAW_REAL x_lb, LAW_REAL friction_lb, LAW_REAL per_lb)
 {

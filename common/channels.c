@@ -28,8 +28,8 @@ static uint8_t find_saturated_ends(const struct mr_block *block, unsigned channe
     return block->low[channel] || block->high[channel] ? MR_INVALID_SATURATED : MR_VALID;
 }
 
-/* Detects a transducer that is not connected or not excited, from the common mode and the
- * amplitude. */
+/* Detects, from the common mode and the amplitude, a transducer that is not connected or not
+ * excited. */
 static uint8_t check_wiring(const struct mr_channel_config *config, float common_mode, float code)
 {
     if (common_mode < MR_COMMON_MODE_MIN_CODE || common_mode > MR_COMMON_MODE_MAX_CODE)
@@ -90,7 +90,7 @@ struct mr_reading mr_channel_read(const struct mr_channel_config *config,
     return reading;
 }
 
-/* Offset of an item in the struct; 0 if the item is not a real. */
+/* Returns the offset of an item in the struct; 0 if the item is not a real. */
 static size_t get_item_offset(unsigned item)
 {
     static const size_t single[] = {

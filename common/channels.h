@@ -42,18 +42,20 @@
 #include "common/block.h"
 #include "common/config.h"
 
-#define MR_REFERENCE_CODE        3103.0f /* 2.500 V at a scale of 3.300 V, 4096 codes */
-/* relative; beyond it no channel relative to the reference is valid */
+/* code of 2.500 V at a full scale of 3.300 V and 4096 codes */
+#define MR_REFERENCE_CODE        3103.0f
+/* relative tolerance of the reference; if it is exceeded, channels that depend on the reference are
+ * not valid */
 #define MR_REFERENCE_TOLERANCE   0.02f
-/* Mean of both polarities, codes: a driven transducer is at mid-scale, 2048. Beyond these limits, a
- * fifth off, it is open or shorted. */
+/* Limits of the mean of both polarities, codes. A transducer with excitation is at mid-scale, 2048;
+ * if it deviates by more than a fifth, it is open or shorted. */
 #define MR_COMMON_MODE_MIN_CODE  1638.0f
 #define MR_COMMON_MODE_MAX_CODE  2458.0f
-/* half difference of the polarities; a smaller one is pick-up, not a signal */
+/* smallest half difference of the polarities that is a signal; below it, it is noise pick-up */
 #define MR_SIGNAL_MIN_CODES      20.0f
-/* An amplitude below this counts as missing excitation. It is reported only for a transducer whose
- * zero is at least MR_ZERO_OFFSET_MIN_CODES off mid-scale. The limit is six standard deviations of
- * a block's mean at 2 LSB of noise (2 / sqrt(8) = 0.71). */
+/* An amplitude below this counts as missing excitation. This is reported only for a transducer
+ * whose zero is at least MR_ZERO_OFFSET_MIN_CODES from mid-scale. The limit is six standard
+ * deviations of a block's mean at 2 LSB of noise (2 / sqrt(8) = 0.71). */
 #define MR_EXCITED_MIN_CODES     4.0f
 #define MR_ZERO_OFFSET_MIN_CODES 20.0f
 
@@ -62,31 +64,31 @@
 #define MR_VALIDITY_COUNT (MR_INVALID_EXCITATION + 1u)
 
 struct mr_reading {
-    float value; /* in or lb; NaN unless valid */
-    float code;  /* raw code, before reference, zero and calibration */
+    float value; /* reading in inches or pounds; NaN unless it is valid */
+    float code;  /* raw code, before reference, zero and calibration are applied */
     uint8_t validity;
 };
 
-/* Mean code of the staircase, relative to VDDA. */
+/* Returns the mean code of the staircase, relative to VDDA. */
 static inline float mr_staircase_code(const struct mr_block *block)
 {
     return (float)block->sum[MR_ADC1_STAIRCASE] / (float)MR_SCANS_PER_BLOCK;
 }
 
-/* Returns the scale correction of a block: MR_REFERENCE_CODE over the code of the reference. NaN
- * when the reference is off its nominal code by more than MR_REFERENCE_TOLERANCE. The nominal code
- * is the zero_code of the reference channel `reference`, or MR_REFERENCE_CODE where zero_code is 0
- * or missing. */
+/* Returns the scale correction of a block: MR_REFERENCE_CODE divided by the code of the reference.
+ * NaN if the reference deviates from its nominal code by more than MR_REFERENCE_TOLERANCE. The
+ * nominal code is the zero_code of the reference channel `reference`, or MR_REFERENCE_CODE if
+ * zero_code is 0 or missing. */
 float mr_reference_ratio(const struct mr_channel_config *reference, const struct mr_block *block);
 
-/* Reading of channel 0..MR_CHANNELS-1 of a block; `ratio` is from mr_reference_ratio for this
- * block. Staircase and reference are returned as mean codes, without the ratio. The range low to
- * high is checked if low is less than high. */
+/* Returns the reading of channel 0..MR_CHANNELS-1 of a block; `ratio` is from mr_reference_ratio
+ * for this block. Staircase and reference are returned as mean codes, without the ratio. The range
+ * of the channel is checked if low is less than high. */
 struct mr_reading mr_channel_read(const struct mr_channel_config *config,
                                   const struct mr_block *block, unsigned channel, float ratio);
 
-/* Corrects `straight`, the value by the straight line, with the table of points; in or lb. With
- * fewer than two points, returns `straight`. */
+/* Corrects a value of the straight line with the table of points; in inches or pounds. With fewer
+ * than two points, returns the value unchanged. */
 float mr_channel_linearise(const struct mr_channel_config *config, float straight);
 
 /* True if the channel measures inches or pounds. */
@@ -95,14 +97,14 @@ static inline _Bool mr_channel_is_sensor(const struct mr_channel_config *channel
     return channel->kind == MR_KIND_DISPLACEMENT || channel->kind == MR_KIND_TENSION;
 }
 
-/* Values of a channel's calibration, numbered as in the message `calibration`: enum
+/* Number of values in a channel's calibration, as in the message `calibration`: those of enum
  * mr_calibration_item, then point_reading and point_value alternately. */
 enum {
     MR_CALIBRATION_FIRST_POINT_ITEM = MR_CALIBRATION_POINTS + 1,
     MR_CALIBRATION_ITEM_COUNT = MR_CALIBRATION_FIRST_POINT_ITEM + 2 * MR_CONFIG_POINTS
 };
 float mr_channel_get_item(const struct mr_channel_config *config, unsigned item);
-/* Ignores items beyond the last, and points beyond the capacity of the table. */
+/* Sets an item. Ignores items that do not exist, and points beyond the capacity of the table. */
 void mr_channel_set_item(struct mr_channel_config *config, unsigned item, float value);
 
 /* ---- errors ---- */
@@ -147,15 +149,17 @@ void mr_channel_set_item(struct mr_channel_config *config, unsigned item, float 
 #define MR_QUANTISATION_NOISE_CODES 0.18f
 
 struct mr_error_conditions {
-    float value;           /* the reading or the movement, in or lb */
-    float noise;           /* standard deviation of one block, in or lb */
-    float averaged;        /* blocks averaged in the reading */
-    float baseline_blocks; /* blocks in the baseline of a movement; 0: an absolute reading */
-    float hours;           /* hours since the zero was taken; for a movement, since the baseline */
-    float reference_error; /* gain_error of the reference channel, relative */
+    float value;    /* the reading or the movement, in inches or pounds */
+    float noise;    /* standard deviation of one block, in inches or pounds */
+    float averaged; /* number of blocks averaged in the reading */
+    /* number of blocks in the baseline of a movement; 0: an absolute reading */
+    float baseline_blocks;
+    /* hours since the zero was measured; for a movement, since the baseline */
+    float hours;
+    float reference_error; /* relative error: gain_error of the reference channel */
 };
 
-/* Standard error, in or lb; NaN when `noise` is NaN. */
+/* Returns the standard error in inches or pounds; NaN if `noise` is NaN. */
 float mr_reading_error(const struct mr_channel_config *config, const struct mr_error_conditions *c);
 
 #endif

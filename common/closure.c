@@ -19,8 +19,9 @@ static float compute_overlap_share(unsigned segment, float from_ft, float to_ft)
     return high > low ? (high - low) / MR_SEGMENT_LENGTH_FT : 0.0f;
 }
 
-/* Closes `closure_in` in the segments inside [from_ft, to_ft], from the upfield end, each up to its
- * slack there. A segment that contains a station is divided between the two sides. */
+/* Closes joints by `closure_in` in the segments inside [from_ft, to_ft], beginning at the upfield
+ * end, each segment up to its slack. A segment that contains one of the stations is divided
+ * there. */
 static void push_joints_closed(const float *slack_in, float *remaining_in, float from_ft,
                                float to_ft, float closure_in)
 {
@@ -36,9 +37,9 @@ static void push_joints_closed(const float *slack_in, float *remaining_in, float
     }
 }
 
-/* Closes joints according to the readings, in each interval between transducers. The wheel's own
- * displacement is not measured. Behind the wheel the mat keeps its displacement, so the last
- * station passed represents the wheel. */
+/* Closes joints according to the readings, in each interval between transducers. The displacement
+ * at the wheel itself is not measured; that of the last transducer that the wheel has passed is
+ * used, because mats behind the wheel keep their displacement. */
 static void close_joints_by_movement(const struct mr_closure_input *input, float *remaining_in)
 {
     unsigned from = MR_TRANSDUCERS;
@@ -56,7 +57,7 @@ static void close_joints_by_movement(const struct mr_closure_input *input, float
     }
 }
 
-/* Smaller root of d = v t - a t^2 / 2, in a form without cancellation. */
+/* Returns the smaller root t of d = v t - a t^2 / 2, computed without cancellation. */
 float mr_closure_compute_lead_s(float distance_ft, float speed_ft_s, float deceleration_ft_s2)
 {
     if (!(speed_ft_s > 0.0f))

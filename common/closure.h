@@ -4,10 +4,10 @@
  * Slack is the sum of the joint openings of a survey segment (10 mats), measured between gage
  * points before the landing (report 2.7.2). Movement is measured by the transducers: between
  * neighbouring stations a (upfield) and b (downfield), the joints have closed by u_a - u_b. A
- * braking gear closes joints like a plough, starting at the wheel. The closure of an interval is
- * therefore assigned to its segments in order, from the upfield end, or from the wheel when the
- * wheel is inside the interval. Each segment takes up to its slack. Outside the transducers only
- * the survey is known.
+ * braking gear closes first the joints next to the wheel. The closure of an interval is therefore
+ * assigned to its segments in order, beginning at the upfield end, or at the wheel if it is inside
+ * the interval. Each segment closes by at most its slack. Upfield and downfield of all transducers,
+ * only the survey is known.
  *
  * Buckling starts inside a zone of 50 to 60 compressed mats (report 6.1.4); a run of
  * MR_PREDICTOR_WARNING_MATS causes a warning. Single precision and no library calls except a square
@@ -29,26 +29,28 @@
 #define MR_CLOSED_SEGMENT_MAX_IN (0.036f + 9.0f * 0.001f + 3.0f * 0.005f)
 
 struct mr_closure_input {
-    const float *station_ft;      /* MR_TRANSDUCERS stations, rising */
-    const float *displacement_in; /* MR_TRANSDUCERS movements since arming; NaN: not valid */
-    const float *slack_in; /* MR_SEGMENTS values; NaN: not surveyed, never counts as closed */
-    float wheel_ft;        /* NaN: unknown; every station counts as ahead */
+    const float *station_ft;      /* MR_TRANSDUCERS stations in ascending order */
+    const float *displacement_in; /* movement of each transducer since arming; NaN: not valid */
+    /* slack of each segment, MR_SEGMENTS values; NaN: not surveyed, never counts as closed */
+    const float *slack_in;
+    /* station of the wheel; NaN: unknown, every station then counts as ahead */
+    float wheel_ft;
 };
 
 struct mr_closure_zone {
-    unsigned mats; /* 0: no closed segment ahead */
+    unsigned mats; /* length of the zone; 0: there is no closed segment ahead */
     float start_ft;
     float end_ft;
 };
 
 /* Finds the longest run of closed segments that ends ahead of the wheel; of equally long runs, the
- * nearest. A run that contains the wheel starts at the wheel. `remaining_in` (MR_SEGMENTS values)
- * receives the remaining slack of each segment. */
+ * nearest. A run that contains the wheel starts at the wheel. Sets `remaining_in` (MR_SEGMENTS
+ * values) to the remaining slack of each segment. */
 void mr_closure_find_zone(const struct mr_closure_input *input, struct mr_closure_zone *zone,
                           float *remaining_in);
 
-/* Time to travel `distance_ft` at constant deceleration (NaN: none); 0 s if the distance is 0 or
- * negative. NaN when the gear stops earlier or has no speed. */
+/* Returns the time for `distance_ft` at constant deceleration (NaN: no deceleration); 0 s if the
+ * distance is 0 or negative. NaN if the gear stops before or has no speed. */
 float mr_closure_compute_lead_s(float distance_ft, float speed_ft_s, float deceleration_ft_s2);
 
 #endif

@@ -25,7 +25,8 @@ static const char *skip_blanks(const char *p)
     return p;
 }
 
-/* Compares the word at `words` with `name`. Returns the rest of `words`, or NULL. */
+/* Compares the word at `words` with `name`. If they are equal, returns the text after it; otherwise
+ * NULL. */
 static const char *match_word(const char *words, const char *name)
 {
     while (*name && *words == *name) {
@@ -37,8 +38,8 @@ static const char *match_word(const char *words, const char *name)
     return *name == '\0' && ends ? words : NULL;
 }
 
-/* Parses a number in steps of 1 / `per_unit`, rounded half up. If `per_unit` is 1, the number is a
- * count and must not have a fraction. */
+/* Parses a number and rounds it (half up) to a multiple of 1 / `per_unit`. If `per_unit` is 1, the
+ * number is a count and must not have a fraction. */
 static const char *parse_scaled(const char *p, int32_t per_unit, int32_t *value)
 {
     const char *end;

@@ -1,5 +1,4 @@
-/* Commands to the board, by name: sent by the host, scripted in run files, executed by the
- * firmware.
+/* Commands to the board, which the host sends, run files contain, and the firmware executes.
  *
  * A command is one `command` message. The rows of common/catalogue_commands.def define its code,
  * name and argument, who may send it, when, and on which link. */
@@ -38,21 +37,21 @@ enum mr_command_when {
 };
 
 /* Parses one typed command: `arm 5`, `survey 12 0.305` (segment, inches), `mark 1`, `state`. A
- * missing argument is 0. `tag` is copied into the message. MR_OK; MR_UNKNOWN: no such command;
- * MR_USAGE: words are missing, left over, not a number or out of range. */
+ * missing argument is 0. `tag` is copied into the message. MR_UNKNOWN: no such command; MR_USAGE:
+ * an argument is missing, superfluous, not a number or out of range. */
 enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_command *command);
 
 /* True for statuses that refuse a command because of its sender or link, whatever the command is. A
- * replay has all rights, so it sends MR_COMMAND_NONE instead of such a command; the number of
- * answers is then the same. */
+ * replay, which would be allowed to send such a command, sends MR_COMMAND_NONE in its place, so
+ * that the number of answers is the same. */
 static inline bool mr_command_is_sender_refused(int status)
 {
     return status <= MR_CABLE && status >= MR_LOCKOUT;
 }
 
-/* Privilege of a command code; MR_PRIVILEGE_OPEN for an unknown code. */
+/* Returns the privilege that a command code requires; MR_PRIVILEGE_OPEN for an unknown code. */
 enum mr_privilege mr_command_privilege(unsigned code);
-/* Name of a command code, or "unknown". Static storage. */
+/* Returns the name of a command code, or "unknown". Static storage. */
 const char *mr_command_name(unsigned code);
 
 #endif

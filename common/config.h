@@ -100,7 +100,7 @@ enum mr_config_type {
 struct mr_config_field {
     const char *name;
     uint8_t type;              /* enum mr_config_type */
-    uint8_t count;             /* number of elements; bytes of a text */
+    uint8_t count;             /* number of elements; for a text, number of bytes */
     uint16_t offset;           /* offset in the struct of its group */
     uint32_t int_min, int_max; /* limits of an integer */
     float real_min, real_max;  /* limits of a real */
@@ -118,20 +118,20 @@ struct mr_config_group {
 /* All MR_CONFIG_GROUP_COUNT groups. Static storage. */
 extern const struct mr_config_group mr_config_groups[];
 
-/* Station of the main bogie's lead wheel when switch `i` (from 0) opens. All stations of the gear
- * refer to this wheel. */
+/* Returns the station of the main bogie's lead wheel at the moment when switch `i` (from 0) opens.
+ * All stations of the gear are those of this wheel. */
 static inline float mr_config_gate_ft(const struct mr_config *config, unsigned i)
 {
     return config->gate[i].station_ft - config->site[0].wheel_ahead_ft;
 }
 
 uint32_t mr_config_layout_crc(void);
-/* Writes MR_CONFIG_IMAGE_BYTES bytes; returns their CRC-32, which is also in the last four
- * bytes. */
+/* Writes the stored form, MR_CONFIG_IMAGE_BYTES bytes. Returns its CRC-32, which is also in the
+ * last four bytes. */
 uint32_t mr_config_encode(const struct mr_config *config, uint8_t *image);
-/* Checks that `image` is a complete configuration of this table. MR_OK; MR_MALFORMED: not a
- * configuration; MR_TRUNCATED: longer than `length`; MR_CRC; MR_VERSION: intact, but of a different
- * format or table. The values are not checked; use mr_config_check for them. */
+/* Checks that `image` is a complete configuration of this table. MR_MALFORMED: not a configuration;
+ * MR_TRUNCATED: longer than `length`; MR_CRC; MR_VERSION: intact, but of a different format or
+ * table. The values are not checked; use mr_config_check for them. */
 enum mr_status mr_config_check_image(const uint8_t *image, size_t length);
 /* Calls mr_config_check_image and, if it returns MR_OK, reads the configuration; else `config` is
  * unchanged. */
@@ -178,15 +178,15 @@ struct mr_config_reason {
     uint8_t rule, other;
 };
 
-/* Minimum distances of staircase steps, codes. From 0: twice the tolerance for identifying a step,
- * because a smaller change is not a step. From each other: an edge is assigned to the switch with
- * the nearest step, and measured steps (matrig ready --walk) repeat to 2 codes. Steps that are set
- * by design values should be 8 apart. */
+/* Minimum distances of staircase steps, codes. A step must be at least twice the tolerance for
+ * identifying it, because smaller changes are ignored. Two steps must differ by the second number:
+ * an edge is assigned to the switch with the nearest step, and measured steps (matrig ready --walk)
+ * repeat to 2 codes. Steps that are set by design values should be 8 apart. */
 #define MR_CONFIG_STEP_MIN_CODES          8u
 #define MR_CONFIG_STEP_DISTANCE_MIN_CODES 6u
 
-/* MR_OK, or MR_LIMIT with the first violation in `reason`. The limits of all fields are checked
- * first, then the relations between fields. */
+/* Checks a configuration. MR_LIMIT: `reason` has the first violation. The limits of all fields are
+ * checked first, then the relations between fields. */
 enum mr_status mr_config_check(const struct mr_config *config, struct mr_config_reason *reason);
 
 /* Start parameters of the predictor (common/predictor.h), from the groups site and predict and the

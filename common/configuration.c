@@ -89,7 +89,7 @@ static unsigned get_element_size(const struct mr_config_field *field)
     }
 }
 
-/* Returns the bits of an element; those of a real are its IEEE 754 form. */
+/* Returns the bits of an element; a real in its IEEE 754 form. */
 static uint32_t get_element(const uint8_t *at, unsigned size)
 {
     uint16_t half;
@@ -133,8 +133,8 @@ static uint8_t *get_group_address(struct mr_config *config, const struct mr_conf
     return (uint8_t *)config + group->offset + index * group->size;
 }
 
-/* Visits all elements in table order: `to_image` copies from `config` to `fields`, `to_config`
- * back. Both together exchange them. */
+/* Visits all elements in table order: `to_image` copies from `config` to `fields`, `to_config` from
+ * `fields` to `config`; both together exchange the values. */
 static void copy_elements(uint8_t *fields, struct mr_config *config, bool to_image, bool to_config)
 {
     uint8_t *p = fields;
@@ -165,7 +165,7 @@ uint32_t mr_config_encode(const struct mr_config *config, uint8_t *image)
     p = mr_put_u32(p, MR_CONFIG_IMAGE_BYTES);
     p = mr_put_u32(p, mr_config_layout_crc());
     p = mr_put_u32(p, config->site[0].revision);
-    /* the cast is safe: copy_elements only reads the configuration */
+    /* the cast is safe, because copy_elements only reads the configuration here */
     copy_elements(p, (struct mr_config *)(uintptr_t)config, true, false);
     uint32_t crc = mr_crc32(0, image, MR_CONFIG_IMAGE_BYTES - 4);
     mr_put_u32(image + MR_CONFIG_IMAGE_BYTES - 4, crc);
@@ -200,7 +200,7 @@ enum mr_status mr_config_decode(const uint8_t *image, size_t length, struct mr_c
 {
     enum mr_status status = mr_config_check_image(image, length);
     if (status == MR_OK)
-        /* the cast is safe: copy_elements only reads the image */
+        /* the cast is safe, because copy_elements only reads the image here */
         copy_elements((uint8_t *)(uintptr_t)image + MR_CONFIG_HEADER_BYTES, config, false, true);
     return status;
 }
@@ -215,7 +215,7 @@ static enum mr_config_rule check_real(const struct mr_config_field *field, const
     uint32_t bits = get_element(at, 4);
     float value;
     memcpy(&value, &bits, sizeof value);
-    /* A missing value has exactly one bit pattern, so equal configurations have equal images. */
+    /* use one bit pattern for a missing value, so that equal configurations have equal images */
     if (__builtin_isnan(value))
         return field->type == MR_CONFIG_TYPE_OPTIONAL && bits == MISSING_REAL_BITS
                  ? MR_RULE_NONE
@@ -328,8 +328,8 @@ static bool check_number(const struct mr_config *config, unsigned i,
     return true;
 }
 
-/* Transducers must be in channel order along the runway, because closure brackets an interval by
- * two neighbouring channels. */
+/* Checks that the stations of the transducers rise with the channel numbers, because
+ * common/closure.c uses neighbouring channels as the ends of an interval. */
 static bool check_station(const struct mr_config *config, unsigned i,
                           struct mr_config_reason *reason)
 {
@@ -363,7 +363,7 @@ static bool check_points(const struct mr_channel_config *channel, unsigned i,
     return true;
 }
 
-/* True if the gain is physically possible with this rig's sensors and electronics. */
+/* Checks that the gain is physically possible with the sensors and electronics of this rig. */
 static bool check_gain(const struct mr_channel_config *channel, unsigned i,
                        struct mr_config_reason *reason)
 {
@@ -456,7 +456,8 @@ static bool check_band(const struct mr_config *config, unsigned i, struct mr_con
                                .other = MR_FIELD_band_pretension_lb);
 }
 
-/* A predictor that does not run may have any values within the limits. */
+/* Checks the values of a predictor that is to run; otherwise they may have any value within the
+ * limits. */
 static bool check_predictor(const struct mr_config *config, struct mr_config_reason *reason)
 {
     struct mr_predictor_config predictor;

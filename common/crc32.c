@@ -2,9 +2,9 @@
 
 #include "common/wire.h"
 
-/* Entry i of a table is the register after shifting byte i through the reflected polynomial,
- * followed by no or one zero byte. Shifting is linear: an entry is the sum of the entries of its
- * bits. */
+/* Entry i of a table is the register after byte i has been shifted through the reflected
+ * polynomial, followed by no or one zero byte. Because this is linear, an entry is the sum (XOR) of
+ * the entries of its bits. */
 #define TABLE_ENTRY(i, b0, b1, b2, b3, b4, b5, b6, b7)                               \
     (((i)&1 ? b0 : 0u) ^ ((i)&2 ? b1 : 0u) ^ ((i)&4 ? b2 : 0u) ^ ((i)&8 ? b3 : 0u) ^ \
      ((i)&16 ? b4 : 0u) ^ ((i)&32 ? b5 : 0u) ^ ((i)&64 ? b6 : 0u) ^ ((i)&128 ? b7 : 0u))
@@ -35,7 +35,7 @@ uint32_t mr_crc32(uint32_t crc, const uint8_t *bytes, size_t length)
     crc = ~crc;
     for (; length >= 2; length -= 2) {
         /* Two bytes are processed at a time: the board checks 100 kB per second, and its own image
-         * at start. Four bytes at a time would make the code in flash 1.5 times as long and save a
+         * at start. Processing four bytes at a time would need 1.5 times the flash and save a
          * thousandth of the processor time. */
         crc ^= mr_get_u16(&bytes);
         crc = crc >> 16 ^ crc_table[1][crc & 0xffu] ^ crc_table[0][crc >> 8 & 0xffu];

@@ -10,7 +10,7 @@ static size_t get_sign_length(const char *text)
     return *text == '+' || *text == '-';
 }
 
-/* Length of the number at `text`; 0 if there is none. */
+/* Returns the length of the number at `text`; 0 if there is none. */
 static size_t get_number_length(const char *text)
 {
     size_t n = get_sign_length(text), digits = strspn(text + n, DIGITS);
@@ -38,6 +38,6 @@ double mr_decimal_read(const char *text, const char **end)
     double value = strtod(number, &read);
     if (read == *end)
         return value;
-    /* strtod has read a hexadecimal number such as "0x10"; only its 0 counts */
+    /* strtod has read a hexadecimal number such as "0x10", of which only the 0 is accepted here */
     return *number == '-' ? -0.0 : 0.0;
 }

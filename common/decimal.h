@@ -1,4 +1,4 @@
-/* Decimal numbers as text: the only number parser for options, files and typed input.
+/* Parser for decimal numbers in text, used for all options, files and typed input.
  *
  *     [blanks] [+|-] digits [. digits] [(e|E) [+|-] digits]        also ".5" and "5."
  *

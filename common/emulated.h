@@ -4,7 +4,7 @@
 #ifndef MATRIG_COMMON_EMULATED_H
 #define MATRIG_COMMON_EMULATED_H
 
-#define MR_EMULATED_LOT      0x554d45u /* "EMU" in the upper 24 bits of word 1 */
+#define MR_EMULATED_LOT      0x554d45u /* "EMU" in ASCII, in the upper 24 bits of word 1 */
 /* this lot as digits 9 to 14 of the identifier's 24 hexadecimal digits */
 #define MR_EMULATED_LOT_TEXT "554D45"
 

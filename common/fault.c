@@ -1,6 +1,6 @@
 #include "common/fault.h"
 
-/* Case of a switch that returns the text of a table row. */
+/* case of a switch statement that returns the text of a table row */
 #define TEXT(NAME, number, text) \
     case number:                 \
         return text;

@@ -1,4 +1,4 @@
-/* Faults that the board counts. A fault is never an error return: the board continues as far as
+/* Faults that the board counts. A fault is not returned as an error: the board continues as far as
  * possible, counts the fault and reports it (messages `fault` and `health`). The number of a fault
  * is its bit in health.faults; numbers that are not in the table are unused. */
 #ifndef MATRIG_COMMON_FAULT_H
@@ -55,7 +55,8 @@ enum mr_fault_code {
 };
 #undef MR_FAULT_ENUM
 
-/* Text of a fault, "unknown fault" beyond the table. Static storage. */
+/* Returns the text of a fault, "unknown fault" for a number that is not in the table. Static
+ * storage. */
 const char *mr_fault_text(unsigned fault);
 
 /* ---- crash ---- */
@@ -64,7 +65,7 @@ const char *mr_fault_text(unsigned fault);
  * by a processor fault, the parts of the firmware supervised by the watchdog, and the self-tests.
  * Shared by board and host. */
 
-/* words of the stack, beginning at the stack pointer of the fault */
+/* number of words of the stack that are recorded, beginning at the stack pointer of the fault */
 #define MR_CRASH_STACK_WORDS 16u
 
 /* Words of the message `crash`, in this order. MR_CRASH_STACK_WORDS words of the stack follow
@@ -159,7 +160,8 @@ enum mr_can_state {
 };
 #undef MR_CAN_STATE_ENUM
 
-/* Names and texts of the tables in static storage; "unknown ..." for other numbers. */
+/* These functions return names and texts of the tables, in static storage; "unknown ..." for other
+ * numbers. */
 const char *mr_crash_item_name(unsigned item); /* "stack" for words of the stack */
 const char *mr_crash_kind_text(unsigned kind); /* "usage fault" */
 const char *mr_task_text(unsigned task);

@@ -40,7 +40,7 @@ void mr_deframer_init(struct mr_deframer *deframer)
     deframer->discarded_bytes = 0;
 }
 
-/* Decodes COBS in place. Returns the decoded length, or 0 if a run points beyond the end. */
+/* Decodes COBS in place. Returns the decoded length; 0 if the data is not valid COBS. */
 static size_t decode_cobs(uint8_t *bytes, size_t length)
 {
     size_t to = 0;

@@ -7,7 +7,7 @@
  *
  * COBS (Cheshire and Baker, 1999): every run of up to 254 non-zero bytes is preceded by its length
  * plus one, and each zero is replaced by the next run's length, so 0x00 occurs only at the end of a
- * frame. A receiver that joins late or loses bytes is synchronised again after the next 0x00. */
+ * frame. A receiver that starts late or loses bytes is synchronised again after the next 0x00. */
 #ifndef MATRIG_COMMON_FRAMING_H
 #define MATRIG_COMMON_FRAMING_H
 
@@ -18,7 +18,7 @@
 
 #define MR_FRAME_PAYLOAD_BYTES_MAX 136u
 #define MR_FRAME_OVERHEAD_BYTES    8u /* bytes of seq, type and CRC */
-/* One COBS length byte (the content never reaches 254 bytes) and the final zero. */
+/* one length byte of COBS (the content is shorter than 254 bytes) and the final zero */
 #define MR_FRAME_BYTES_MAX         (MR_FRAME_PAYLOAD_BYTES_MAX + MR_FRAME_OVERHEAD_BYTES + 2u)
 _Static_assert(MR_FRAME_PAYLOAD_BYTES_MAX + MR_FRAME_OVERHEAD_BYTES < 254u,
                "a frame must fit one COBS run");
@@ -47,7 +47,7 @@ void mr_deframer_init(struct mr_deframer *deframer);
 
 /* Processes one received byte. MR_OK: `*frame` holds a complete frame. MR_TOO_FEW: more bytes are
  * needed (also returned for an empty frame). MR_MALFORMED, MR_CRC, MR_TOO_LONG or MR_TRUNCATED: the
- * bytes up to here were not a valid frame and are discarded; the next frame is not affected. */
+ * bytes up to here are not a valid frame and are discarded; the next frame is not affected. */
 enum mr_status mr_deframer_push(struct mr_deframer *deframer, uint8_t byte, struct mr_frame *frame);
 
 #endif
