@@ -113,9 +113,9 @@ void inspection_format(const struct inspection_field *field, const json_t *value
                  n.error);
 }
 
-/* Temperatures are converted here, because their units differ in zero as well as in scale.
- * `is_value`: the number is not the standard error of a temperature. A converted number is rounded
- * to 9 digits, so that it is legible where it is shown. */
+/* Reads a quantity. Temperatures are converted here, because their scales also differ in the zero.
+ * `is_value`: the number is a temperature and not its standard error. A converted number is rounded
+ * to 9 digits, for legibility. */
 static enum mr_status read_quantity(const struct inspection_field *field, const char *text,
                                     bool is_value, double *value, struct error *error)
 {
@@ -144,7 +144,8 @@ static enum mr_status read_quantity(const struct inspection_field *field, const 
     return MR_OK;
 }
 
-/* A unit after one number applies to both. */
+/* Reads a number with its standard error, such as "12.3+-0.4 lb/in"; a unit after one number
+ * applies to both. */
 enum mr_status inspection_read_number(const struct inspection_field *field, const char *text,
                                       struct estimate *number, struct error *error)
 {
@@ -181,7 +182,7 @@ static void set_number(const struct inspection_field *field, struct estimate num
     json_object_set_new(values, key, number.error > 0.0 ? json_real(number.error) : json_null());
 }
 
-/* `field`: of the height. */
+/* `field`: the field of the height, to which the marks belong. */
 static enum mr_status read_marks(const struct inspection_field *field, const char *text,
                                  json_t *values, struct error *error)
 {
@@ -312,8 +313,8 @@ static const char *broken_rule(const struct store_record *row, const json_t *val
     return json_object_size(values) == 0 ? "no value; give FIELD=VALUE" : NULL;
 }
 
-/* Returns the valid record that does not allow the new one, because it has or had the same values,
- * or is of a kind with one record per landing. NULL: none. */
+/* Returns the valid record that forbids the new one: it has or had the same values, or it is of a
+ * kind with one record per landing. NULL: none. */
 static const struct inspection *find_same(const struct inspections *all,
                                           const struct store_record *row)
 {
@@ -458,14 +459,14 @@ const char *inspection_verdict_text(enum inspection_verdict verdict)
 
 /* ---- answers ---- */
 
-/* A number of up to `digits` digits; a large one without exponent. */
+/* Formats a number with up to `digits` digits; a large number without exponent. */
 static void format_number(double value, int digits, char out[40])
 {
     snprintf(out, 40, fabs(value) < pow(10.0, digits) - 0.5 ? "%.*g" : "%.*f",
              fabs(value) < pow(10.0, digits) - 0.5 ? digits : 0, value);
 }
 
-/* Like inspection_format, in the units of the answer. */
+/* As inspection_format, in the units of the answer. */
 static void format_shown(const struct inspection_field *field, const json_t *values, bool si,
                          char out[INSPECTION_TEXT_SIZE])
 {
@@ -522,7 +523,7 @@ static void add_place(const struct inspection *entry, const char *name, const ch
                                                               : (int64_t)entry->row.place);
 }
 
-/* Reason of the row that withdraws this one; NULL: none does. */
+/* Returns the reason in the row that withdraws this one; NULL: it is not withdrawn. */
 static const char *withdrawal_reason(const struct inspection *entry)
 {
     const struct inspection *by = entry->replaced_by;
@@ -588,7 +589,8 @@ void inspection_add_table(const struct inspections *all, const struct inspection
     free(rows);
 }
 
-/* Adds a sentence for the records from number `from` that do not pass the limit of this field. */
+/* Adds a sentence about the records, from number `from` on, that do not pass the limit of this
+ * field. */
 static void add_failures(const struct inspections *all, size_t from,
                          const struct inspection_kind *kind, const struct inspection_field *field,
                          struct answer *answer)
@@ -657,7 +659,7 @@ struct difference {
     struct answer *answer;
     int64_t run[2];
     size_t count;
-    const char *missing[2]; /* shown where a landing has no value */
+    const char *missing[2]; /* text for a landing without a value */
 };
 
 static void add_difference(struct difference *d, const char *kind, const char *field,
@@ -677,7 +679,7 @@ static void add_difference(struct difference *d, const char *kind, const char *f
     }
 }
 
-/* Adds the differences in the data of `matrig landing`. */
+/* Adds the differences between the data entered with `matrig landing`. */
 static void add_journal_differences(struct store *store, struct difference *d, struct error *error)
 {
     struct store_series series[2];
@@ -697,8 +699,8 @@ static void add_journal_differences(struct store *store, struct difference *d, s
     add_difference(d, "landing", "weight_lb", "weight (lb)", weight[0], weight[1]);
 }
 
-/* Returns number `n` of the records of a kind that landing `run` has and `other` has not; NULL:
- * there are fewer. */
+/* Returns record number `n` among the records of a kind that landing `run` has and landing `other`
+ * has not; NULL: there are fewer. */
 static const struct inspection *find_extra(const struct inspections *all,
                                            const struct inspection_kind *kind, int64_t run,
                                            int64_t other, size_t n)

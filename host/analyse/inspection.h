@@ -28,30 +28,33 @@ enum inspection_type {
     INSPECTION_CHOICE,
     INSPECTION_WORDS,
     INSPECTION_PICTURE,
-    /* fields that give or check the field before: not asked for and not in tables */
+    /* fields from which the field before them is computed or checked; not asked for and not in
+     * tables */
     INSPECTION_DIGEST,
     INSPECTION_MARKS
 };
 
 struct inspection_field {
-    const char *name, *words; /* "tire_psi", "tire pressure" */
+    const char *name, *words; /* name and description: "tire_psi", "tire pressure" */
     enum inspection_type type;
     bool from_last;
     bool whole;                 /* a whole number without error */
     double low, high;           /* range of a number, in its unit */
-    double pass_low, pass_high; /* NaN: no limit */
+    double pass_low, pass_high; /* limits that a value should be within; NaN: no limit */
     const char *limit;          /* source of the limits; NULL: none */
-    const char *choices;        /* "coast|truck" */
-    const char *after; /* the field is meaningless without this choice, or if it is "open" */
+    const char *choices;        /* allowed values of a choice: "coast|truck" */
+    const char *
+        after; /* field on which this one depends: this one has no meaning without that choice, or if that is "open" */
 };
 struct inspection_kind {
     const char *name, *words, *source;
     enum inspection_place place;
-    const struct inspection_field *field; /* a field without name ends them */
+    const struct inspection_field *field; /* list of fields; the last entry has no name */
 };
-/* A kind without name ends them. */
+/* All kinds; the last entry has no name. */
 extern const struct inspection_kind inspection_kinds[];
-#define INSPECTION_FIELDS_MAX 25 /* tests/cli/records.sh counts them */
+#define INSPECTION_FIELDS_MAX \
+    25 /* largest number of fields of a kind; tests/cli/records.sh checks it */
 
 /* MR_UNKNOWN: there is no such kind; the error names the nearest one. */
 enum mr_status inspection_kind_find(const char *name, const struct inspection_kind **kind,
@@ -66,14 +69,14 @@ const char *inspection_unit(const struct inspection_field *field, bool si);
 struct inspection {
     struct store_record row;
     const struct inspection_kind *kind;
-    json_t *values; /* NULL: the row withdraws another one */
+    json_t *values; /* values of the record; NULL: the row withdraws another one */
     /* The record that this one corrects or withdraws, and the one that corrects or withdraws this
      * one; NULL: none. */
     const struct inspection *corrected, *replaced_by;
-    int64_t origin; /* id of the first of the records that correct one another */
+    int64_t origin; /* id of the original record in a chain of corrections */
 };
 struct inspections {
-    struct inspection *entry; /* by id */
+    struct inspection *entry; /* records in ascending order of id */
     size_t count;
 };
 /* Loads all records, except those of kinds that this version of matrig does not know. Call
@@ -86,7 +89,7 @@ bool inspection_is_valid(const struct inspection *entry, const struct inspection
 /* Returns true if there is a valid record of this kind (NULL: any) and landing (0: any). */
 bool inspection_has(const struct inspections *all, const struct inspection_kind *kind, int64_t run);
 /* Returns the newest valid record of this kind, of the landing or the nearest one before it (run 0:
- * of any landing); NULL: none. A correction is as old as what it corrects. */
+ * of any landing); NULL: none. A correction has the age of the record that it corrects. */
 const struct inspection *inspection_newest(const struct inspections *all,
                                            const struct inspection_kind *kind, int64_t run);
 
@@ -99,20 +102,20 @@ enum mr_status inspection_read_number(const struct inspection_field *field, cons
  * be read. */
 enum mr_status inspection_read(const struct inspection_kind *kind, const char *word, json_t *values,
                                struct error *error);
-/* Adds the fields of `last` that `values` does not have: with `kept`, only those whose default is
- * their last value. */
+/* Adds to `values` the fields that it lacks and `last` has; with `kept`, only those whose default
+ * is their last value. */
 void inspection_complete(const struct inspection *last, bool kept, json_t *values);
 /* Returns the path of the picture of a record, which the caller frees, if it is unchanged; NULL: the
  * record has none, or it has changed. */
 char *inspection_find_picture(const struct inspection *entry, struct error *error);
 /* Writes a row with these values, except nulls (`values` NULL: a withdrawal), and loads all records
- * again. Refuses a record that breaks a rule of records.def or is there already. The caller begins
- * and ends the transaction. */
+ * again. Refuses a record that breaks a rule of records.def or that already exists. The caller
+ * begins and ends the transaction. */
 enum mr_status inspection_add(struct store *store, struct inspections *all,
                               const struct store_record *row, json_t *values, struct error *error);
-/* Returns the number of a field: NaN, if there is none, and its standard error or 0. */
+/* Returns the number of a field (NaN: none) and its standard error (0: none). */
 struct estimate inspection_number(const json_t *values, const char *name);
-/* Writes a value as it is typed, "12.3+-0.4"; "": none. */
+/* Writes a value in the form in which it is typed, "12.3+-0.4"; "": none. */
 #define INSPECTION_TEXT_SIZE 300
 void inspection_format(const struct inspection_field *field, const json_t *values,
                        char out[INSPECTION_TEXT_SIZE]);
@@ -131,12 +134,13 @@ const char *inspection_verdict_text(enum inspection_verdict verdict);
  * first, withdrawn ones last. `run` 0: all landings. */
 void inspection_add_table(const struct inspections *all, const struct inspection_kind *kind,
                           int64_t run, struct answer *answer);
-/* Adds a sentence for each limit that records from number `from` do not pass, with their values. */
+/* Adds a sentence for each limit that records from number `from` on do not pass, with their
+ * values. */
 void inspection_add_failures(const struct inspections *all, size_t from, struct answer *answer);
-/* Adds all rows with their history, only in the JSON. `kind` NULL: any. */
+/* Adds all records with their history to the JSON. `kind` NULL: all kinds. */
 void inspection_add_json(const struct inspections *all, const struct inspection_kind *kind,
                          int64_t run, struct answer *answer);
-/* Adds a row for each value or record in which two landings differ. `single_only`: only of kinds
+/* Adds a row for each value or record that differs between two landings. `single_only`: only kinds
  * with one record per landing. Returns the number of rows. */
 size_t inspection_add_differences(struct store *store, const struct inspections *all,
                                   bool single_only, int64_t from, int64_t to, struct answer *answer,

@@ -1,5 +1,5 @@
-/* matrig record: the crew's records of settings, inspections and notes. The kinds are in
- * host/store/records.def. */
+/* The command matrig record: the crew's records of settings, inspections and notes.
+ * host/store/records.def lists the kinds. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -27,7 +27,7 @@ struct request {
     const char *who, *reason, *csv, *path;
     int64_t correct, withdraw, compare, measure; /* 0: not given */
     bool kinds;
-    /* from the words */
+    /* the next fields are read from the words */
     const struct inspection_kind *kind; /* NULL: not given */
     const char *place; /* RUN, number of a mat or joint, or station; NULL: not given */
     const char *field[WORDS_MAX];
@@ -86,8 +86,8 @@ static void read_place(const struct request *r, struct store *store, struct stor
         row->place = number.value;
 }
 
-/* Completes the record with kept values of the newest record of the kind, of `run` or the nearest
- * landing before it, and reports them. */
+/* Adds kept values to the record: from the newest record of its kind, of landing `run` or the
+ * nearest landing before it. Reports them. */
 static void keep_values(const struct inspections *all, const struct inspection_kind *kind,
                         int64_t run, json_t *values, struct answer *answer)
 {
@@ -153,7 +153,7 @@ static enum mr_status add_record(const struct request *r, struct store *store,
     return error->status;
 }
 
-/* ---- CSV: a line for each record that holds; fields as they are typed ---- */
+/* ---- CSV: a line for each valid record, with fields as they are typed ---- */
 
 static void write_csv(const struct request *r, const struct inspections *all, int64_t run)
 {
@@ -162,7 +162,7 @@ static void write_csv(const struct request *r, const struct inspections *all, in
     struct output output;
     output_check(r->path, r->words[0], fatal);
     output_begin(&output, r->path, fatal);
-    for (size_t i = 0; i <= all->count; i++) { /* line 0 names the columns */
+    for (size_t i = 0; i <= all->count; i++) { /* line 0 has the names of the columns */
         const struct inspection *entry = i ? &all->entry[i - 1] : NULL;
         char text[INSPECTION_TEXT_SIZE];
         if (entry && !inspection_is_valid(entry, kind, run))
@@ -182,7 +182,8 @@ static void write_csv(const struct request *r, const struct inspections *all, in
     output_end(&output, fatal);
 }
 
-/* The first line names the columns. Each other line is one record to add. */
+/* Reads a CSV file, whose first line has the names of the columns. Each other line is a record to
+ * be added. */
 static void read_csv(const struct request *r, struct store *store, struct inspections *all,
                      struct answer *answer)
 {
@@ -233,8 +234,8 @@ static void read_csv(const struct request *r, struct store *store, struct inspec
 
 /* ---- heights in a picture ---- */
 
-/* Writes a page that shows the picture of a record at full resolution. Its script turns the marks
- * into a command. */
+/* Writes a page that shows the picture of a record at full resolution. A script on the page makes a
+ * command from the marks that the user sets. */
 static void write_marks_page(const struct request *r, const struct inspections *all)
 {
     const struct inspection *entry = find_valid(r, all, r->measure);
@@ -342,7 +343,7 @@ static int record_command(int argc, char **argv, const struct cli *cli)
     check_request(&r);
     const bool adds = r.fields || r.withdraw || r.csv, begins = adds && !r.correct && !r.withdraw;
     struct answer *answer = answer_new(cli->si);
-    /* mats are accepted before the first landing */
+    /* a campaign may be created here, because mats are accepted before the first landing */
     struct store *store = begins && r.kind->place != INSPECTION_LANDING
                             ? program_open_or_create_campaign(cli, r.words[0])
                             : program_open_campaign(r.words[0], adds ? STORE_OPEN : STORE_READ);
