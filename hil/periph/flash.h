@@ -38,7 +38,7 @@ enum hil_flash_operation {
 };
 
 struct hil_flash {
-    /* in_rcc: position of ACR, which is stored in struct hil_rcc */
+    /* in_rcc: place of the register ACR, which struct hil_rcc holds instead */
     HIL_NAMED_WORDS(word, in_rcc, keyr, optkeyr, sr, cr, optcr);
     uint8_t key_step,
         option_key_step; /* steps of the unlocking sequences (enum of KEY_STEP_LOCKED, ...) */

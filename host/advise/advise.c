@@ -34,7 +34,7 @@ const char *advise_verdict_text(enum advise_verdict verdict)
     return texts[verdict];
 }
 
-/* ---- learning ---- */
+/* ---- update of the ensemble from earlier landings ---- */
 
 static const struct history_landing *find_last_measured(const struct history *history)
 {

@@ -43,8 +43,8 @@ struct inspection_field {
     double pass_low, pass_high; /* limits that a value should be within; NaN: no limit */
     const char *limit;          /* source of the limits; NULL: none */
     const char *choices;        /* allowed values of a choice: "coast|truck" */
-    const char *
-        after; /* field on which this one depends: this one has no meaning without that choice, or if that is "open" */
+    /* choice field that must be given, and not be "open", for this field to have a meaning */
+    const char *after;
 };
 struct inspection_kind {
     const char *name, *words, *source;

@@ -135,7 +135,7 @@ static bool is_impossible_time(const struct link_side *side, const struct mr_mes
            board_us / 1000 > newest + CLOCK_AGE_MAX_BLOCKS + 2 * paused;
 }
 
-/* ---- serial is the record ---- */
+/* ---- priority of serial data over CAN ---- */
 
 static bool is_serial_record(const struct collector *collector)
 {

@@ -238,7 +238,7 @@ void series_simulate_all(const struct landing_series *series, unsigned jobs,
     series_compute_errors(series, runs);
 }
 
-/* ---- play ---- */
+/* ---- simulation of a series of landings ---- */
 
 #define IN_PER_FT           12.0
 #define ZONE_JOINTS         10 /* number of joints between two gage points of the rig */

@@ -642,7 +642,7 @@ static enum mr_status continue_after_size_limit(struct logger *logger, const cha
     return continue_in_new_campaign(logger, STORE_FILE_SAME, from, again);
 }
 
-/* ---- taken away ---- */
+/* ---- a campaign file that was moved, removed or replaced ---- */
 
 static enum mr_status save_removed_campaign(struct logger *logger, enum store_file_state place,
                                             const char *original, const char *now,

@@ -190,7 +190,7 @@ class Board {
   take_box_state(m) { this.box = m; }
   take_upkeep(m) { this.upkeep = m; }
 
-  /* ---- what the host knows ---- */
+  /* ---- state of the host ---- */
   takeHost(host) {
     host.links.forEach((link, i) => {
       const before = this.host.links[i];

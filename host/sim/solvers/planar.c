@@ -619,7 +619,7 @@ static void run_moreau(const struct model *model, const struct sim_options *opti
     moreau_runs_clear(&moreau_runs);
 }
 
-/* ---- auto and the rest ---- */
+/* ---- solver auto ---- */
 
 /* Largest number of steps before auto changes to another solver. */
 static uint64_t max_steps_before_change(const struct model *m, const struct stepper_kind *kind,

@@ -181,7 +181,7 @@ static bool parallel_run(const struct sim_scene *scene, const double *station_ft
 #define IN_PER_FT       12.0
 #define SAMPLE_DT_S     0.002
 #define GAP_BISECTIONS  40
-#define PAIRS_PER_JOINT 6 /* pair draws per joint; initial values then have 0.5 % influence */
+#define PAIRS_PER_JOINT 6 /* draws; the start values then have 0.5 % influence */
 
 /* Upper limit m of the gaps, given their mean. Gaps are uniform from 0 to 2 m, limited to the slack
  * s; if 2 m > s, their mean is s - s^2/(4 m). INFINITY: all joints are open by their slack. */
