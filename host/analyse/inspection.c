@@ -14,8 +14,12 @@
 #include "host/base/spell_suggest.h"
 #include "host/base/xmalloc.h"
 
-#define COUNT(array) (sizeof(array) / sizeof((array)[0]))
-#define DEGREE       "\xc2\xb0"
+#define DEGREE "\xc2\xb0"
+/* Head of a loop over all records. */
+#define EACH(item, all)                           \
+    const struct inspection *item = (all)->entry; \
+    item < (all)->entry + (all)->count;           \
+    item++
 
 /* ---- the kinds ---- */
 
@@ -121,19 +125,17 @@ static enum mr_status read_quantity(const struct inspection_field *field, const 
 {
     const char *end;
     double number = mr_decimal_read(text, &end);
-    const char *unit = end + strspn(end, " ");
+    const char *unit = end + strspn(end, " deg" DEGREE);
     char rounded[40];
     if (!is_temperature(field)) {
-        if (quantity_read(text, field->name, quantity_unit_of_name(field->name), NULL, value,
-                          error) != MR_OK)
-            return error->status;
+        const char *own = quantity_unit_of_name(field->name);
+        *value = number;
+        enum mr_status status = quantity_read(text, field->name, own, NULL, value, error);
         snprintf(rounded, sizeof rounded, "%.9g", *value);
-        if (fabs(*value - number) > 0.0)
+        if (status == MR_OK && fabs(*value - number) > 0.0)
             *value = mr_decimal_read(rounded, &end);
-        return MR_OK;
+        return status;
     }
-    unit += strncmp(unit, DEGREE, 2) == 0 ? 2u : strncasecmp(unit, "deg", 3) == 0 ? 3u : 0u;
-    unit += strspn(unit, " ");
     const int letter = toupper((unsigned char)unit[0]);
     if (end == text || (letter && (unit[1] || !strchr("FCK", letter))))
         return error_set(error, MR_USAGE,
@@ -285,16 +287,15 @@ char *inspection_find_picture(const struct inspection *entry, struct error *erro
     return NULL;
 }
 
-void inspection_complete(const struct inspection *last, bool kept, json_t *values)
+bool inspection_copy_value(const struct inspection_field *field, const json_t *from, json_t *values)
 {
     char key[80];
-    for (const struct inspection_field *field = last->kind->field; field->name; field++) {
-        snprintf(key, sizeof key, "%s_error", field->name);
-        if (json_object_get(values, field->name) || (kept && !field->from_last))
-            continue;
-        json_object_set(values, field->name, json_object_get(last->values, field->name));
-        json_object_set(values, key, json_object_get(last->values, key));
-    }
+    snprintf(key, sizeof key, "%s_error", field->name);
+    if (json_object_get(values, field->name) || !json_object_get(from, field->name))
+        return false;
+    json_object_set(values, field->name, json_object_get(from, field->name));
+    json_object_set(values, key, json_object_get(from, key));
+    return true;
 }
 
 /* ---- rows ---- */
@@ -318,8 +319,8 @@ static const char *broken_rule(const struct store_record *row, const json_t *val
 static const struct inspection *find_same(const struct inspections *all,
                                           const struct store_record *row)
 {
-    for (size_t i = 0; i < all->count; i++) {
-        const struct inspection *entry = &all->entry[i], *valid = entry;
+    for (EACH(entry, all)) {
+        const struct inspection *valid = entry;
         while (valid->replaced_by && row->corrects == STORE_NONE)
             valid = valid->replaced_by;
         if (inspection_is_valid(valid, NULL, 0) && strcmp(entry->row.kind, row->kind) == 0 &&
@@ -378,12 +379,12 @@ enum mr_status inspection_load(struct store *store, struct inspections *all, str
             continue;
         if (rows[i].fields[0])
             entry->values = json_loads(rows[i].fields, 0, NULL) ?: json_object();
-        for (size_t k = 0; k < all->count && rows[i].corrects != STORE_NONE; k++) {
-            if (all->entry[k].row.id != rows[i].corrects)
+        for (struct inspection *old = all->entry; old < entry; old++) {
+            if (old->row.id != rows[i].corrects)
                 continue;
-            entry->corrected = &all->entry[k];
-            entry->origin = all->entry[k].origin;
-            all->entry[k].replaced_by = entry;
+            entry->corrected = old;
+            entry->origin = old->origin;
+            old->replaced_by = entry;
         }
         all->count++;
     }
@@ -407,8 +408,8 @@ bool inspection_is_valid(const struct inspection *entry, const struct inspection
 
 bool inspection_has(const struct inspections *all, const struct inspection_kind *kind, int64_t run)
 {
-    for (size_t i = 0; i < all->count; i++)
-        if (inspection_is_valid(&all->entry[i], kind, run))
+    for (EACH(entry, all))
+        if (inspection_is_valid(entry, kind, run))
             return true;
     return false;
 }
@@ -417,8 +418,7 @@ const struct inspection *inspection_newest(const struct inspections *all,
                                            const struct inspection_kind *kind, int64_t run)
 {
     const struct inspection *newest = NULL;
-    for (size_t i = 0; i < all->count; i++) {
-        const struct inspection *entry = &all->entry[i];
+    for (EACH(entry, all)) {
         if (inspection_is_valid(entry, kind, 0) && (!run || entry->row.run <= run) &&
             (!newest || entry->row.run > newest->row.run ||
              (entry->row.run == newest->row.run && entry->origin >= newest->origin)))
@@ -546,8 +546,7 @@ void inspection_add_table(const struct inspections *all, const struct inspection
     const struct inspection **rows = xcalloc(all->count + 1, sizeof(struct inspection *));
     size_t count = 0, verdicts[INSPECTION_FAIL + 1] = {0};
     bool used[INSPECTION_FIELDS_MAX] = {false};
-    for (size_t i = 0; i < all->count; i++) {
-        const struct inspection *entry = &all->entry[i];
+    for (EACH(entry, all)) {
         if (entry->kind != kind || !entry->values || (run && entry->row.run != run) ||
             (entry->replaced_by && !withdrawal_reason(entry)))
             continue;
@@ -630,8 +629,7 @@ void inspection_add_json(const struct inspections *all, const struct inspection_
                          int64_t run, struct answer *answer)
 {
     answer_open_table(answer, "records", "");
-    for (size_t i = 0; i < all->count; i++) {
-        const struct inspection *entry = &all->entry[i];
+    for (EACH(entry, all)) {
         const struct store_record *row = &entry->row;
         if ((kind && entry->kind != kind) || (run && row->run != run))
             continue;
@@ -705,13 +703,13 @@ static const struct inspection *find_extra(const struct inspections *all,
                                            const struct inspection_kind *kind, int64_t run,
                                            int64_t other, size_t n)
 {
-    for (size_t i = 0; i < all->count; i++) {
-        bool is_common = !inspection_is_valid(&all->entry[i], kind, run);
-        for (size_t k = 0; k < all->count && !is_common; k++)
-            is_common = inspection_is_valid(&all->entry[k], kind, other) &&
-                        json_equal(all->entry[i].values, all->entry[k].values);
+    for (EACH(entry, all)) {
+        bool is_common = !inspection_is_valid(entry, kind, run);
+        for (EACH(same, all))
+            is_common |= inspection_is_valid(same, kind, other) &&
+                         json_equal(entry->values, same->values);
         if (!is_common && n-- == 0)
-            return &all->entry[i];
+            return entry;
     }
     return NULL;
 }

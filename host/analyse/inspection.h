@@ -102,9 +102,10 @@ enum mr_status inspection_read_number(const struct inspection_field *field, cons
  * be read. */
 enum mr_status inspection_read(const struct inspection_kind *kind, const char *word, json_t *values,
                                struct error *error);
-/* Adds to `values` the fields that it lacks and `last` has; with `kept`, only those whose default
- * is their last value. */
-void inspection_complete(const struct inspection *last, bool kept, json_t *values);
+/* Adds a field of `from` with its error, if `values` has neither value nor null. False: it has, or
+ * `from` has no value. */
+bool inspection_copy_value(const struct inspection_field *field, const json_t *from,
+                           json_t *values);
 /* Returns the path of the picture of a record, which the caller frees, if it is unchanged; NULL: the
  * record has none, or it has changed. */
 char *inspection_find_picture(const struct inspection *entry, struct error *error);

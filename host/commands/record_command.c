@@ -60,10 +60,6 @@ static int list_kinds(const struct cli *cli)
         }
         answer_close_group(answer);
     }
-    answer_sentence(answer, NULL,
-                    "If you leave out a field marked kept, it gets the value from the last record "
-                    "of its kind, for a landing that of the nearest earlier one. FIELD= leaves it "
-                    "empty.");
     return answer_show(cli, answer, 0);
 }
 
@@ -95,11 +91,9 @@ static void keep_values(const struct inspections *all, const struct inspection_k
     char text[INSPECTION_TEXT_SIZE];
     if (!last)
         return;
-    inspection_complete(last, true, values);
     answer_open_table(answer, "kept", "");
     for (const struct inspection_field *field = kind->field; field->name; field++) {
-        const json_t *value = json_object_get(values, field->name);
-        if (!value || value != json_object_get(last->values, field->name))
+        if (!field->from_last || !inspection_copy_value(field, last->values, values))
             continue;
         inspection_format(field, values, text);
         answer_open_row(answer);
@@ -139,9 +133,9 @@ static enum mr_status add_record(const struct request *r, struct store *store,
         read_place(r, store, &row, error);
     for (size_t i = 0; i < r->fields && error->status == MR_OK; i++)
         inspection_read(kind, r->field[i], values, error);
-    if (old)
-        inspection_complete(old, false, values);
-    else if (!r->csv && error->status == MR_OK)
+    for (const struct inspection_field *field = kind->field; old && field->name; field++)
+        inspection_copy_value(field, old->values, values);
+    if (!old && !r->csv && error->status == MR_OK)
         keep_values(all, kind, row.run, values, answer);
     row.made_us = (int64_t)link_now_us();
     annotation_copy(row.kind, sizeof row.kind, kind->name);
@@ -316,6 +310,35 @@ static void show_records(const struct cli *cli, const struct request *r,
             inspection_add_table(all, kind, run, answer);
 }
 
+/* Names later records with the old value of a corrected field, which they may have kept. */
+static void show_uncorrected(const struct inspections *all, struct answer *answer)
+{
+    const struct inspection *now = &all->entry[all->count - 1];
+    for (const struct inspection_field *field = now->kind->field; field->name; field++) {
+        const json_t *old = json_object_get(now->corrected->values, field->name);
+        char was[INSPECTION_TEXT_SIZE], *list;
+        size_t length;
+        FILE *out = xopen_memstream(&list, &length);
+        inspection_format(field, now->corrected->values, was);
+        for (size_t i = 0; i < all->count; i++) {
+            const struct inspection *entry = &all->entry[i];
+            bool is_later = entry->row.run > now->row.run ||
+                            (entry->row.run == now->row.run && entry->origin > now->origin);
+            if (field->from_last && is_later && inspection_is_valid(entry, now->kind, 0) && old &&
+                json_equal(json_object_get(entry->values, field->name), old) &&
+                !json_equal(json_object_get(now->values, field->name), old))
+                fprintf(out, " %lld", (long long)entry->row.id);
+        }
+        fclose(out);
+        if (length)
+            answer_sentence(
+                answer, NULL,
+                "%s: the value before this correction, %s, is still in later records:%s",
+                field->name, was, list);
+        free(list);
+    }
+}
+
 static void show_added(const struct inspections *all, size_t before, struct answer *answer)
 {
     enum inspection_verdict worst = INSPECTION_NO_LIMIT;
@@ -379,6 +402,8 @@ static int record_command(int argc, char **argv, const struct cli *cli)
             error_set(fatal, MR_MALFORMED, "no records: %s; its first line names the columns",
                       r.csv);
         show_added(&all, before, answer);
+        if (r.correct)
+            show_uncorrected(&all, answer);
     }
     inspection_free(&all);
     return answer_show(cli, answer, 0);
@@ -393,7 +418,7 @@ static const struct command_part parts[] = {
     HELP_ITEM("FIELD=VALUE",
               "add a record. A number may have a unit and a standard error: slack_in='0.9 mm +- "
               "0.1 mm'. A field marked kept (see --kinds) defaults to its last value, for a RUN to "
-              "that of the nearest earlier one"),
+              "that of the nearest earlier one; FIELD= leaves it empty"),
     OPTION_FLAG("--kinds", kinds, "list kinds and fields, with units, ranges and limits"),
     OPTION_INTEGER("--correct", "N", correct, 1.0, 1e15, 0.0,
                    "change fields of record N; FIELD= removes one. Needs --reason"),

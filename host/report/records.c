@@ -1,10 +1,12 @@
 /* The crew's records of settings, inspections and notes, and a map of them over the runway. */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "common/closure.h"
 #include "host/analyse/inspection.h"
 #include "host/analyse/rig.h"
+#include "host/base/html.h"
 #include "host/report/chart.h"
 #include "host/report/report.h"
 
@@ -82,6 +84,49 @@ static void write_tables(const struct report *report, int64_t run, FILE *out)
     report_write_answer(answer, out);
 }
 
+/* Shows the pictures of a landing. Larger files would make the page slow, so they are only named. */
+#define PICTURE_MB_MAX 2
+
+static void write_pictures(const struct report *report, int64_t run, FILE *out)
+{
+    static unsigned char bytes[PICTURE_MB_MAX * 1000000 + 1];
+    for (size_t i = 0; i < report->records.count; i++) {
+        const struct inspection *entry = &report->records.entry[i];
+        const char *name = json_string_value(json_object_get(entry->values, "file")),
+                   *shows = json_string_value(json_object_get(entry->values, "shows"));
+        struct error error = {0};
+        if (!name || !inspection_is_valid(entry, NULL, run))
+            continue;
+        char *path = inspection_find_picture(entry, &error);
+        FILE *file = path ? fopen(path, "rb") : NULL;
+        const size_t count = file ? fread(bytes, 1, sizeof bytes, file) : 0;
+        const char *type = count < 4                             ? NULL
+                         : memcmp(bytes, "\xff\xd8\xff", 3) == 0 ? "jpeg"
+                         : memcmp(bytes, "\x89PNG", 4) == 0      ? "png"
+                                                                 : NULL;
+        if (count == sizeof bytes && fseek(file, 0, SEEK_END) == 0)
+            error_set(&error, MR_LIMIT, "%s has %.1f MB, and the limit is %d MB", name,
+                      1e-6 * (double)ftell(file), PICTURE_MB_MAX);
+        else if (error.status == MR_OK && !type)
+            error_set(&error, MR_LIMIT, "%s is neither JPEG nor PNG", name);
+        fputs("<figure>", out);
+        if (error.status == MR_OK) {
+            fprintf(out, "<img style=\"max-width:100%%\" src=\"data:image/%s;base64,", type);
+            html_write_base64(out, bytes, count);
+            fputs("\">", out);
+        }
+        fprintf(out, "<figcaption>Record %lld: ", (long long)entry->row.id);
+        html_write_text(out, shows ? shows : name);
+        fputs(error.status == MR_OK ? "" : " (not shown: ", out);
+        html_write_text(out, error.text);
+        fputs(error.status == MR_OK ? "</figcaption></figure>\n" : ")</figcaption></figure>\n",
+              out);
+        if (file)
+            fclose(file);
+        free(path);
+    }
+}
+
 void report_records(const struct report *report, FILE *out)
 {
     draw_map(report, out);
@@ -92,4 +137,5 @@ void report_landing_records(const struct report *report, const struct report_lan
                             FILE *out)
 {
     write_tables(report, landing->summary.measured.landing.id, out);
+    write_pictures(report, landing->summary.measured.landing.id, out);
 }

@@ -122,6 +122,23 @@ csv_round_trip() {
         printf 'mat,joint_lb_in\n20\n' >"$tmp/bad.csv" && fails_with 4 'line 2: the header has 2 cells' $matrig record "$db" mat --csv "$tmp/bad.csv" &&
         [ "$(sqlite3 "$db" "select count(*) from records where place = 20")" = 0 ]
 }
+corrected_later() { # records that kept the value that was corrected are named, and not changed
+    cp "$tmp/none.db" "$tmp/l2.db"
+    l() { $matrig --quiet record "$tmp/l2.db" "$@"; }
+    l conditions 1 tire_psi=5 temperature_f=70 >/dev/null && l conditions 2 temperature_f=70 >/dev/null && l --correct 1 tire_psi=6 temperature_f=71 --reason x >"$tmp/said" && cat "$tmp/said" &&
+        [ "$(grep -c 'later records' "$tmp/said")" = 1 ] && grep '^tire_psi: the value before this correction, 5, is still in later records: 2$' "$tmp/said" && [ "$(field "$tmp/l2.db" 2 "['fields']['tire_psi']")" = 5.0 ] &&
+        l --correct 2 tire_psi=6 --reason x >"$tmp/said" && ! grep 'later records' "$tmp/said"
+}
+pictures_in_the_report() { # shown if they are unchanged JPEG or PNG and not too large
+    cp "$tmp/none.db" "$tmp/p2.db"
+    printf '\xff\xd8\xff picture' >"$tmp/small.jpg" && head -c 2000001 /dev/zero | sed '1s/^/\x89PNG/' >"$tmp/large.png" && printf 'II*' >"$tmp/other.tif" && printf '\xff\xd8\xff old' >"$tmp/gone.jpg"
+    for file in small.jpg large.png other.tif gone.jpg; do $matrig --quiet record "$tmp/p2.db" picture 1 file="$tmp/$file" shows="<$file>" >/dev/null || return 1; done
+    rm "$tmp/gone.jpg"
+    $matrig --quiet report "$tmp/p2.db" -o "$tmp/p2.html" >/dev/null && grep -o '<figure>.*<figcaption>Record.*' "$tmp/p2.html" | cut -c 1-400 >"$tmp/said"
+    cat "$tmp/said"
+    [ "$(wc -l <"$tmp/said")" = 4 ] && grep -F "data:image/jpeg;base64,$(base64 -w0 "$tmp/small.jpg")\"><figcaption>Record 1: &lt;small.jpg&gt;</figcaption>" "$tmp/said" &&
+        grep -F 'large.png&gt; (not shown: ' "$tmp/said" | grep 'has 2.0 MB, and the limit is 2 MB)' && grep 'is neither JPEG nor PNG)' "$tmp/said" && grep 'not shown: the picture has changed: ' "$tmp/said"
+}
 pictures() { # the digest is the file's
     printf 'not really a picture' >"$tmp/bow.jpg"
     record picture 2 file="$tmp/bow.jpg" station_ft=88 shows='two small waves' >/dev/null && [ "$(sqlite3 "$db" "select json_extract(fields, '\$.file_sha256') from records where kind = 'picture'")" = "$(sha256sum "$tmp/bow.jpg" | cut -c 1-64)" ] &&
@@ -335,7 +352,9 @@ check "corrections keep their history" corrections_keep_their_history
 check "withdrawn records stay, and do not count" withdrawn_ones_stay
 check "what was different between two landings" what_was_different
 check "CSV out and in is the same" csv_round_trip
+check "a correction names later records with the old value" corrected_later
 check "a picture has the digest of its file" pictures
+check "pictures in the report" pictures_in_the_report
 check "heights from marks in a picture" heights
 check "the report has them, escaped" in_the_report
 check "a map of damage and acceptance" map_in_the_report
