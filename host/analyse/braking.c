@@ -165,16 +165,15 @@ static void compute_braking(const struct measured *measured, double thrust_lb_pe
 {
     const struct mr_site_config *site = &measured->site;
     double per_pulse_ft = 2.0 * M_PI * (double)site->wheel_radius_ft / site->wheel_pulses;
-    struct track track;
-    track_make(measured, &track);
-    if (!track.is_known)
+    const struct track *track = measured->track;
+    if (!track || !track->has_gates)
         return;
     if (braking->has_brake_edge)
         compute_thrust(measured, thrust_lb_per_g, braking);
     if (count < 2 || !site->wheel_pulses)
         return;
-    compute_slip(&track, site, per_pulse_ft, pulse, count, braking);
-    find_locks(&track, per_pulse_ft, pulse, count, braking);
+    compute_slip(track, site, per_pulse_ft, pulse, count, braking);
+    find_locks(track, per_pulse_ft, pulse, count, braking);
 }
 
 enum mr_status braking_load(struct store *store, const struct measured *measured,

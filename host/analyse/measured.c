@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "common/emulated.h"
+#include "host/analyse/track.h"
 #include "host/base/xmalloc.h"
 
 #define CLOCK_TOLERANCE  0.01 /* tolerance of the internal oscillator, used as a standard error */
@@ -68,18 +69,6 @@ static void shift_gates(struct measured *measured, double by_s)
 {
     for (size_t i = 0; i < measured->gate_count; i++)
         measured->gate[i].t_s -= by_s;
-}
-
-/* Repeats the fit of the summary with only the gates at or beyond touchdown. */
-static enum mr_status fit_gates(struct measured *measured)
-{
-    const struct mr_gate *gates = measured->gate;
-    size_t count = measured->gate_count;
-    while (count > 0 && gates->station_ft < measured->landing.touchdown_ft) {
-        gates++;
-        count--;
-    }
-    return mr_gates_fit_best(gates, count, measured->landing.switch_error_ft, &measured->fit);
 }
 
 /* Returns true if no source has data for that time. */
@@ -154,6 +143,8 @@ void measured_fit_gear_motion(struct measured *measured)
     int64_t armed_us = landing->armed_block == STORE_NONE ? 1000 * measured->first_block
                                                           : 1000 * landing->armed_block;
     measured->t0_us = armed_us;
+    free(measured->track);
+    measured->track = NULL;
     if (measured->gate_count > 0)
         measured->t0_us = (int64_t)llround(measured->gate[0].t_s * 1e6);
     shift_gates(measured, (double)measured->t0_us / 1e6);
@@ -173,7 +164,8 @@ void measured_fit_gear_motion(struct measured *measured)
     shift_gates(measured, (double)shift_us / 1e6);
     mr_gates_summarise(measured->gate, measured->gate_count, landing->touchdown_ft,
                        landing->switch_error_ft, &measured->summary);
-    measured->fit_status = fit_gates(measured);
+    measured->track = xmalloc(sizeof *measured->track);
+    track_make(measured, measured->track);
     if (landing->clock_source > 0)
         add_clock_error(&measured->summary);
     /* If the computed stop is after the end of the record, it is only extrapolated and does not
@@ -223,77 +215,28 @@ void measured_format_unknown_stop(const struct measured *measured, char out[MEAS
                  measured_motion_at_end_text(measured));
 }
 
-struct motion_point {
-    double t_s;
-    double station_ft;
-    double speed_ft_s;
-};
-
-static struct motion_point fit_motion_at(const struct measured *measured, double t_s)
-{
-    struct mr_motion_estimate motion;
-    mr_gates_motion_at(&measured->fit, t_s, &motion);
-    return (struct motion_point){t_s, motion.position_ft.value, motion.speed_ft_s.value};
-}
-
-/* Interpolates with the cubic through both points that has their speeds. */
-static struct motion_point interpolate_motion(struct motion_point from, struct motion_point to,
-                                              double t_s)
-{
-    double span_s = to.t_s - from.t_s;
-    double x = (t_s - from.t_s) / span_s;
-    double rise = to.station_ft - from.station_ft;
-    double v0 = from.speed_ft_s * span_s;
-    double v1 = to.speed_ft_s * span_s;
-    double square = 3.0 * rise - 2.0 * v0 - v1;
-    double cube = v0 + v1 - 2.0 * rise;
-    return (struct motion_point){t_s, from.station_ft + v0 * x + square * x * x + cube * x * x * x,
-                                 (v0 + 2.0 * square * x + 3.0 * cube * x * x) / span_s};
-}
-
-/* Computes station and speed at a time: uses the summary at touchdown and stop, the fit between its
- * first and last gate, and cubics in between. */
-static struct motion_point compute_gear_motion(const struct measured *measured, double t_s,
-                                               double *error_ft_s)
-{
-    const struct mr_gates_summary *summary = &measured->summary;
-    const struct motion_point unknown = {t_s, (double)NAN, (double)NAN};
-    *error_ft_s = (double)NAN;
-    if (measured->fit_status != MR_OK || t_s < 0.0)
-        return unknown;
-    struct motion_point stop = {summary->stop_t_s.value, summary->stop_station_ft.value, 0.0};
-    *error_ft_s = 0.0;
-    if (t_s >= stop.t_s)
-        return stop;
-    struct mr_motion_estimate motion;
-    mr_gates_motion_at(&measured->fit, t_s, &motion);
-    *error_ft_s = motion.speed_ft_s.error;
-    double first_s = measured->fit.mid_s - measured->fit.half_s;
-    double last_s = measured->fit.mid_s + measured->fit.half_s;
-    if (t_s < first_s) {
-        struct motion_point touchdown = {0.0, measured->landing.touchdown_ft,
-                                         summary->touchdown_speed_ft_s.value};
-        *error_ft_s = summary->touchdown_speed_ft_s.error;
-        return interpolate_motion(touchdown, fit_motion_at(measured, first_s), t_s);
-    }
-    return t_s <= last_s ? fit_motion_at(measured, t_s)
-                         : interpolate_motion(fit_motion_at(measured, last_s), stop, t_s);
-}
-
 double measured_block_time_s(const struct measured *measured, int64_t block)
 {
     return (1000.0 * (double)block - (double)measured->t0_us) / 1e6;
 }
 
+static bool is_motion_known(const struct measured *measured, double t_s)
+{
+    return measured->fit_status == MR_OK && measured->track && t_s >= 0.0;
+}
+
 double measured_station_ft(const struct measured *measured, double t_s)
 {
-    double error_ft_s;
-    return compute_gear_motion(measured, t_s, &error_ft_s).station_ft;
+    return is_motion_known(measured, t_s) ? track_station_ft(measured->track, t_s) : (double)NAN;
 }
 
 double measured_speed_ft_s(const struct measured *measured, double t_s, double *error_ft_s)
 {
-    return compute_gear_motion(measured, t_s, error_ft_s).speed_ft_s;
+    struct mr_estimate speed_ft_s = is_motion_known(measured, t_s)
+                                      ? track_compute_speed(measured->track, t_s)
+                                      : (struct mr_estimate){(double)NAN, (double)NAN};
+    *error_ft_s = speed_ft_s.error;
+    return speed_ft_s.value;
 }
 
 double measured_arrival_s(const struct measured *measured, double station_ft)
@@ -521,6 +464,7 @@ bool measured_is_emulated(const struct store_landing *landing)
 
 void measured_free(struct measured *measured)
 {
+    free(measured->track);
     free(measured->stretch);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         free(measured->channel[c].raw);

@@ -124,7 +124,7 @@ struct measured {
     enum mr_status fit_status;
     /* Times are t_s. Errors include the clock error if the board does not run from its crystal. */
     struct mr_gates_summary summary;
-    struct mr_gates_fit fit; /* fitted curve from which the summary is computed */
+    struct track *track; /* the gear's position at any time (track.h); NULL: no summary */
 
     struct measured_channel channel[MR_CHANNELS];
     int64_t first_edge; /* the board's count of the first received edge; 0: none */

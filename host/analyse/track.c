@@ -9,21 +9,26 @@
 #include "host/base/xmalloc.h"
 
 #define PARABOLA_TERMS 3u
-#define SPEED_OFFSET_S 1e-3 /* the speed at a gate is computed over this time from the gate */
 #define MIN_HALF_POWER (-16)
 #define MAX_HALF_POWER 6
 
-/* Returns the covariance of the stations at times a and b since the first gate, for q = 1: the
- * integral over u, up to the smaller of a and b, of (a - u)^2 (b - u)^2 / 4. */
+/* The station and its derivatives by time. */
+enum { STATION, SPEED, ACCELERATION, QUANTITIES };
+
+/* Returns the covariance of the station at two times since the first gate, for q = 1: the integral
+ * over u of (s - u)^2 (t - u)^2 / 4. */
 static double compute_covariance(double a_s, double b_s)
 {
     double s = fmin(a_s, b_s), d = fabs(a_s - b_s);
     return s <= 0.0 ? 0.0 : s * s * s * (s * s / 20.0 + d * s / 8.0 + d * d / 12.0);
 }
 
-static double compute_parabola_term(double t_s, size_t n)
+/* The terms of the parabola and their derivatives by time. */
+static double compute_parabola_term(int quantity, double t_s, size_t n)
 {
-    return n == 0 ? 1.0 : n == 1 ? t_s : t_s * t_s;
+    const double term[QUANTITIES][PARABOLA_TERMS] = {
+        {1.0, t_s, t_s * t_s}, {0.0, 1.0, 2.0 * t_s}, {0.0, 0.0, 2.0}};
+    return term[quantity][n];
 }
 
 /* Fills the matrix of universal kriging: the covariances, with the terms of the parabola as
@@ -39,7 +44,7 @@ static size_t fill_kriging_matrix(const struct track *track, const struct track_
         system[i][i] += track->gate_error_ft * track->gate_error_ft +
                         model->ripple_ft * model->ripple_ft;
         for (size_t p = 0; p < PARABOLA_TERMS; p++)
-            system[i][n + p] = system[n + p][i] = compute_parabola_term(track->t_s[i], p);
+            system[i][n + p] = system[n + p][i] = compute_parabola_term(STATION, track->t_s[i], p);
     }
     return n + PARABOLA_TERMS;
 }
@@ -145,52 +150,97 @@ static void select_models(struct track *track)
         least = fmin(least, unlikely[m]);
     for (size_t m = 0; m < track->model_count; m++)
         sum += track->model[m].weight = exp(-0.5 * (unlikely[m] - least));
-    for (size_t m = 0; m < track->model_count; m++)
-        track->model[m].weight /= sum;
-}
-
-/* Predicts the station with one model, at a time between the first and the last gate. Returns the
- * variance. */
-static double predict_station(const struct track *track, const struct track_model *model,
-                              double since_s, double *station_ft)
-{
-    double side[TRACK_MATRIX_SIZE], variance = model->q * compute_covariance(since_s, since_s);
-    for (size_t i = 0; i < track->gate_count; i++)
-        side[i] = model->q * compute_covariance(track->t_s[i], since_s);
-    for (size_t p = 0; p < PARABOLA_TERMS; p++)
-        side[track->gate_count + p] = compute_parabola_term(since_s, p);
-    *station_ft = 0.0;
-    for (size_t i = 0; i < track->gate_count + PARABOLA_TERMS; i++) {
-        double weight = 0.0;
-        for (size_t k = 0; k < track->gate_count + PARABOLA_TERMS; k++)
-            weight += model->inverse[i][k] * side[k];
-        variance -= weight * side[i];
-        if (i < track->gate_count)
-            *station_ft += weight * track->station_ft[i];
+    for (size_t m = 0; m < track->model_count; m++) {
+        struct track_model *model = &track->model[m];
+        model->weight /= sum;
+        for (size_t i = 0; i < track->gate_count + PARABOLA_TERMS; i++) {
+            model->factor_ft[i] = 0.0;
+            for (size_t k = 0; k < track->gate_count; k++)
+                model->factor_ft[i] += model->inverse[i][k] * track->station_ft[k];
+        }
     }
-    /* the ripple is real motion, which exists between gates too */
-    return fmax(variance, 0.0) + model->ripple_ft * model->ripple_ft;
 }
 
-static struct mr_estimate predict_between_gates(const struct track *track, double t_s)
+/* Returns the covariance, for q = 1, of the station at a gate and a quantity at a time: the
+ * integral over u, up to the earlier of the two, of (s - u)^2 / 2 times (t - u)^2 / 2 or its
+ * derivative by t. */
+static double compute_gate_covariance(int quantity, double gate_s, double t_s)
 {
-    double mean = 0.0, variance = 0.0, square = 0.0, reference = track->station_ft[0];
+    double left_s = fmax(0.0, gate_s - t_s),
+           cubes = gate_s * gate_s * gate_s - left_s * left_s * left_s;
+    if (quantity == STATION)
+        return compute_covariance(gate_s, t_s);
+    if (quantity == ACCELERATION)
+        return cubes / 6.0;
+    double fourths = pow(gate_s, 4.0) - pow(left_s, 4.0);
+    return fourths / 8.0 + (t_s - gate_s) * cubes / 6.0;
+}
+
+static double compute_own_variance(int quantity, double t_s)
+{
+    return quantity == STATION ? compute_covariance(t_s, t_s)
+         : quantity == SPEED   ? t_s * t_s * t_s / 3.0
+                               : t_s;
+}
+
+/* Covariances of a quantity at a time with the gates, and the terms of the parabola. */
+static void fill_side(const struct track *track, const struct track_model *model, int quantity,
+                      double since_s, double side[TRACK_MATRIX_SIZE])
+{
+    for (size_t i = 0; i < track->gate_count; i++)
+        side[i] = model->q * compute_gate_covariance(quantity, track->t_s[i], since_s);
+    for (size_t p = 0; p < PARABOLA_TERMS; p++)
+        side[track->gate_count + p] = compute_parabola_term(quantity, since_s, p);
+}
+
+static double predict_variance(const struct track *track, const struct track_model *model,
+                               int quantity, double since_s, const double *side)
+{
+    const size_t size = track->gate_count + PARABOLA_TERMS;
+    double variance = model->q * compute_own_variance(quantity, since_s);
+    for (size_t i = 0; i < size; i++) {
+        for (size_t k = 0; k < size; k++)
+            variance -= side[i] * model->inverse[i][k] * side[k];
+    }
+    /* The ripple is real motion and exists between gates too. Its speed is that of the fastest
+     * ripple that the gates resolve; one below their error is not seen, so that a speed is known no
+     * better than a mean between two gates. */
+    double ripple = 0.0,
+           spacing_s = track->t_s[track->gate_count - 1] / (double)(track->gate_count - 1);
+    if (quantity == STATION)
+        ripple = model->ripple_ft;
+    else if (quantity == SPEED)
+        ripple = hypot(M_PI * model->ripple_ft, sqrt(2.0) * track->gate_error_ft) / spacing_s;
+    return fmax(variance, 0.0) + ripple * ripple;
+}
+
+/* Predicts a quantity between the first and the last gate: the weighted mean over the models, with
+ * the variance within and between them (without `with_error`: 0). */
+static struct mr_estimate predict(const struct track *track, int quantity, double t_s,
+                                  bool with_error)
+{
+    const double since_s = t_s - track->first_gate.t_s,
+                 reference = quantity == STATION ? track->station_ft[0] : 0.0;
+    double mean = 0.0, variance = 0.0, square = 0.0, side[TRACK_MATRIX_SIZE];
     for (size_t m = 0; m < track->model_count; m++) {
         const struct track_model *model = &track->model[m];
-        double station_ft;
-        variance += model->weight *
-                    predict_station(track, model, t_s - track->first_gate.t_s, &station_ft);
-        mean += model->weight * (station_ft - reference);
-        square += model->weight * (station_ft - reference) * (station_ft - reference);
+        double value = -reference;
+        fill_side(track, model, quantity, since_s, side);
+        for (size_t i = 0; i < track->gate_count + PARABOLA_TERMS; i++)
+            value += model->factor_ft[i] * side[i];
+        mean += model->weight * value;
+        square += model->weight * value * value;
+        if (with_error)
+            variance += model->weight * predict_variance(track, model, quantity, since_s, side);
     }
-    return (struct mr_estimate){reference + mean, sqrt(variance + fmax(square - mean * mean, 0.0))};
+    return (struct mr_estimate){
+        reference + mean, with_error ? sqrt(variance + fmax(square - mean * mean, 0.0)) : 0.0};
 }
 
-static struct track_moment make_gate_moment(const struct track *track, double t_s, double inward_s)
+static struct track_moment make_gate_moment(const struct track *track, double t_s)
 {
-    struct mr_estimate here = predict_between_gates(track, t_s),
-                       inside = predict_between_gates(track, t_s + inward_s);
-    return (struct track_moment){t_s, here, (inside.value - here.value) / inward_s};
+    return (struct track_moment){t_s, predict(track, STATION, t_s, true),
+                                 predict(track, SPEED, t_s, true)};
 }
 
 /* Returns the standard error due to the rise of the brake (common/gates.h: delay d, shape k), which
@@ -205,17 +255,19 @@ static double compute_brake_error_ft(double deceleration_ft_s2)
 static void set_end_moments(const struct measured *measured, struct track *track)
 {
     const struct mr_gates_summary *summary = &measured->summary;
-    double speed_ft_s = summary->touchdown_speed_ft_s.value;
-    double error_ft = hypot(speed_ft_s * summary->touchdown_t_s.error,
+    double error_ft = hypot(summary->touchdown_speed_ft_s.value * summary->touchdown_t_s.error,
                             compute_brake_error_ft(summary->mean_deceleration_ft_s2.value));
     track->start_s = fmin(measured->gate[0].t_s, 0.0);
-    track->touchdown =
-        (struct track_moment){0.0, {measured->landing.touchdown_ft, error_ft}, speed_ft_s};
-    track->speed_error_ft_s = summary->touchdown_speed_ft_s.error;
-    track->first_gate = make_gate_moment(track, track->first_gate.t_s, SPEED_OFFSET_S);
-    track->last_gate = make_gate_moment(track, track->last_gate.t_s, -SPEED_OFFSET_S);
-    track->stop = (struct track_moment){fmax(summary->stop_t_s.value, track->last_gate.t_s),
-                                        summary->stop_station_ft, 0.0};
+    track->brake_error_ft_s = MR_BRAKE_DELAY_ERROR_S * summary->mean_deceleration_ft_s2.value;
+    track->touchdown = (struct track_moment){
+        0.0, {measured->landing.touchdown_ft, error_ft}, summary->touchdown_speed_ft_s};
+    track->stop =
+        (struct track_moment){summary->stop_t_s.value, summary->stop_station_ft, {0.0, 0.0}};
+    if (!track->has_gates)
+        return;
+    track->first_gate = make_gate_moment(track, track->first_gate.t_s);
+    track->last_gate = make_gate_moment(track, track->last_gate.t_s);
+    track->stop.t_s = fmax(track->stop.t_s, track->last_gate.t_s);
 }
 
 void track_make(const struct measured *measured, struct track *track)
@@ -235,42 +287,99 @@ void track_make(const struct measured *measured, struct track *track)
         track->t_s[track->gate_count] = gate->t_s - track->first_gate.t_s;
         track->station_ft[track->gate_count++] = gate->station_ft;
     }
-    if (track->gate_count < PARABOLA_TERMS)
-        return;
-    select_models(track);
-    track->is_known = track->model_count > 0;
-    if (track->is_known)
-        set_end_moments(measured, track);
+    if (track->gate_count >= PARABOLA_TERMS)
+        select_models(track);
+    track->has_gates = track->model_count > 0;
+    track->is_known = true;
+    set_end_moments(measured, track);
 }
 
-/* Interpolates station and speed with a cubic, and the error linearly. */
-static struct mr_estimate interpolate_cubic(const struct track_moment *from,
-                                            const struct track_moment *to, double t_s)
+/* Interpolates station and speed with the cubic that has both at both ends, and the errors
+ * linearly. */
+static struct track_moment interpolate_cubic(const struct track_moment *from,
+                                             const struct track_moment *to, double t_s)
 {
     double span_s = to->t_s - from->t_s, x = (t_s - from->t_s) / span_s;
     double rise = to->station_ft.value - from->station_ft.value;
-    double v0 = from->speed_ft_s * span_s, v1 = to->speed_ft_s * span_s;
+    double v0 = from->speed_ft_s.value * span_s, v1 = to->speed_ft_s.value * span_s;
     double square = 3.0 * rise - 2.0 * v0 - v1, cube = v0 + v1 - 2.0 * rise;
-    return (struct mr_estimate){from->station_ft.value + v0 * x + square * x * x + cube * x * x * x,
-                                from->station_ft.error +
-                                    (to->station_ft.error - from->station_ft.error) * x};
+    return (struct track_moment){
+        t_s,
+        {from->station_ft.value + v0 * x + square * x * x + cube * x * x * x,
+         from->station_ft.error + (to->station_ft.error - from->station_ft.error) * x},
+        {(v0 + 2.0 * square * x + 3.0 * cube * x * x) / span_s,
+         from->speed_ft_s.error + (to->speed_ft_s.error - from->speed_ft_s.error) * x}};
+}
+
+static struct track_moment compute_moment(const struct track *track, double t_s, bool with_error)
+{
+    const struct track_moment *touchdown = &track->touchdown, *stop = &track->stop;
+    const struct mr_estimate unknown = {(double)NAN, (double)NAN};
+    if (!track->is_known || t_s < track->start_s)
+        return (struct track_moment){t_s, unknown, unknown};
+    if (t_s < 0.0)
+        return (struct track_moment){
+            t_s,
+            {touchdown->station_ft.value + touchdown->speed_ft_s.value * t_s,
+             hypot(touchdown->station_ft.error, touchdown->speed_ft_s.error * t_s)},
+            touchdown->speed_ft_s};
+    if (t_s >= stop->t_s)
+        return *stop;
+    if (!track->has_gates) {
+        struct track_moment coarse = interpolate_cubic(touchdown, stop, t_s);
+        coarse.station_ft.error = coarse.speed_ft_s.error = (double)NAN;
+        return coarse;
+    }
+    if (t_s < track->first_gate.t_s) {
+        /* the brake rises at an unknown time */
+        struct track_moment rising = interpolate_cubic(touchdown, &track->first_gate, t_s);
+        rising.speed_ft_s.error = hypot(rising.speed_ft_s.error, track->brake_error_ft_s);
+        return rising;
+    }
+    if (t_s > track->last_gate.t_s)
+        return interpolate_cubic(&track->last_gate, stop, t_s);
+    return (struct track_moment){t_s, predict(track, STATION, t_s, with_error),
+                                 predict(track, SPEED, t_s, with_error)};
+}
+
+double track_station_ft(const struct track *track, double t_s)
+{
+    return compute_moment(track, t_s, false).station_ft.value;
 }
 
 struct mr_estimate track_compute_station(const struct track *track, double t_s)
 {
-    const struct track_moment *touchdown = &track->touchdown;
-    if (!track->is_known || t_s < track->start_s)
+    if (!track->has_gates)
         return (struct mr_estimate){(double)NAN, (double)NAN};
-    if (t_s < 0.0)
-        return (struct mr_estimate){
-            touchdown->station_ft.value + touchdown->speed_ft_s * t_s,
-            hypot(touchdown->station_ft.error, track->speed_error_ft_s * t_s)};
-    if (t_s >= track->stop.t_s)
-        return track->stop.station_ft;
-    if (t_s < track->first_gate.t_s)
-        return interpolate_cubic(touchdown, &track->first_gate, t_s);
-    return t_s <= track->last_gate.t_s ? predict_between_gates(track, t_s)
-                                       : interpolate_cubic(&track->last_gate, &track->stop, t_s);
+    return compute_moment(track, t_s, true).station_ft;
+}
+
+struct mr_estimate track_compute_speed(const struct track *track, double t_s)
+{
+    return compute_moment(track, t_s, true).speed_ft_s;
+}
+
+struct mr_estimate track_compute_deceleration(const struct track *track, double t_s)
+{
+    if (!track->has_gates || t_s < track->first_gate.t_s || t_s > track->last_gate.t_s)
+        return (struct mr_estimate){(double)NAN, (double)NAN};
+    struct mr_estimate a = predict(track, ACCELERATION, t_s, true);
+    return (struct mr_estimate){-a.value, a.error};
+}
+
+struct mr_estimate track_compute_residual_ft(const struct track *track, size_t gate)
+{
+    double mean = 0.0, variance = 0.0, square = 0.0;
+    for (size_t m = 0; m < track->model_count; m++) {
+        /* the prediction from the other gates, from the inverse of the matrix with all (Dubrule
+         * 1983) */
+        const struct track_model *model = &track->model[m];
+        double value = model->factor_ft[gate] / model->inverse[gate][gate];
+        mean += model->weight * value;
+        square += model->weight * value * value;
+        variance += model->weight / model->inverse[gate][gate];
+    }
+    return (struct mr_estimate){mean, sqrt(variance + fmax(square - mean * mean, 0.0))};
 }
 
 /* ---- the film ---- */
@@ -318,9 +427,9 @@ static void set_frame_numbers(struct film *film)
     free(number);
 }
 
-/* Adds a frame; call in order of the pulses. Ignores a pulse whose time is unknown or not later
- * than that of the previous one. */
-static void add_frame(struct film *film, const struct measured *measured, const struct track *track,
+/* Adds a frame, in order of pulses. Skips a pulse whose time is unknown or not later than the
+ * previous one. */
+static void add_frame(struct film *film, const struct measured *measured,
                       const struct store_film_frame *row)
 {
     const struct film_frame *last = film->frame_count ? &film->frame[film->frame_count - 1] : NULL;
@@ -331,7 +440,9 @@ static void add_frame(struct film *film, const struct measured *measured, const 
     *frame = (struct film_frame){.board_pulse_count = row->number,
                                  .board_us = row->board_us,
                                  .t_s = t_s,
-                                 .station_ft = track_compute_station(track, t_s)};
+                                 .station_ft = {(double)NAN, (double)NAN}};
+    if (measured->fit_status == MR_OK && measured->track)
+        frame->station_ft = track_compute_station(measured->track, t_s);
     frame->speed_ft_s.value = measured_speed_ft_s(measured, t_s, &frame->speed_ft_s.error);
 }
 
@@ -340,15 +451,13 @@ enum mr_status film_load(struct store *store, const struct measured *measured, s
 {
     struct store_film_frame *row = NULL;
     size_t count = 0;
-    struct track track;
     *film = (struct film){.rate_hz = (double)NAN};
     enum mr_status status = store_film_frames(store, measured->landing.id, &row, &count, error);
     if (status != MR_OK || count == 0)
         return status;
     film->frame = xcalloc(count, sizeof *film->frame);
-    track_make(measured, &track);
     for (size_t i = 0; i < count; i++)
-        add_frame(film, measured, &track, &row[i]);
+        add_frame(film, measured, &row[i]);
     free(row);
     set_frame_numbers(film);
     if (film->frame_count > 1) {

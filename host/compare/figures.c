@@ -174,9 +174,7 @@ void signal_compute_figures(const struct signal *s, struct signal_figures *f)
 
 void compare_timing_init(const struct measured *measured, struct compare_timing *clock)
 {
-    struct track track;
     double unused;
-    track_make(measured, &track);
     clock->stop_s = measured->summary.stop_t_s.value;
     clock->stop_error_s = measured->summary.stop_t_s.error;
     if (!(clock->stop_error_s >= 0.0))
@@ -184,9 +182,10 @@ void compare_timing_init(const struct measured *measured, struct compare_timing 
     for (size_t i = 0; i <= COMPARE_TIMING_POINTS; i++) {
         double t_s = clock->stop_s * (double)i / COMPARE_TIMING_POINTS,
                speed_ft_s = measured_speed_ft_s(measured, t_s, &unused);
-        struct mr_estimate station_ft = track_compute_station(&track, t_s);
-        double error_ft = isnan(station_ft.error) ? measured->landing.switch_error_ft
-                                                  : station_ft.error;
+        double error_ft = measured->track ? track_compute_station(measured->track, t_s).error
+                                          : (double)NAN;
+        if (isnan(error_ft))
+            error_ft = measured->landing.switch_error_ft;
         clock->error_s[i] = speed_ft_s > 0.0 ? fmin(error_ft / speed_ft_s, clock->stop_error_s)
                                              : clock->stop_error_s;
     }

@@ -7,6 +7,7 @@
 #include "common/predictor.h"
 #include "host/analyse/rig.h"
 #include "host/analyse/summary.h"
+#include "host/analyse/track.h"
 #include "host/base/html.h"
 #include "host/base/xmalloc.h"
 #include "host/compare/figures.h"
@@ -59,7 +60,7 @@ struct curve {
 static void draw_curve(struct figure *figure, const struct curve *curve)
 {
     figure_add_series(figure,
-                      &(struct chart_series){"fit with 95 % band", 0, "line", curve->t_s,
+                      &(struct chart_series){"curve with 95 % band", 0, "line", curve->t_s,
                                              curve->value, curve->half_width, CURVE_POINTS + 1});
 }
 
@@ -117,22 +118,21 @@ static void draw_speed(struct figure *figure, const struct report_landing *landi
     draw_board_estimates(figure, landing, true, most);
 }
 
-/* Draws the deceleration of the fit, only between its first and last switch. */
+/* Draws the deceleration, only between the first switch beyond touchdown and the last one. */
 static void draw_deceleration(struct figure *figure, const struct report_landing *landing,
                               struct chart_axes axes)
 {
     const struct measured *measured = &landing->summary.measured;
     double most = 1.0;
-    double first_s = fmax(0.0, measured->fit.mid_s - measured->fit.half_s),
-           last_s = measured->fit.mid_s + measured->fit.half_s,
+    double first_s = measured->track->first_gate.t_s,
+           span_s = measured->track->last_gate.t_s - first_s,
            mean = measured->summary.mean_deceleration_ft_s2.value;
     struct curve curve;
     for (size_t i = 0; i <= CURVE_POINTS; i++) {
-        struct mr_motion_estimate motion;
-        curve.t_s[i] = first_s + (last_s - first_s) * (double)i / CURVE_POINTS;
-        mr_gates_motion_at(&measured->fit, curve.t_s[i], &motion);
-        curve.value[i] = motion.deceleration_ft_s2.value;
-        curve.half_width[i] = SUMMARY_HALF_WIDTH_95 * motion.deceleration_ft_s2.error;
+        curve.t_s[i] = first_s + span_s * (double)i / CURVE_POINTS;
+        struct mr_estimate at = track_compute_deceleration(measured->track, curve.t_s[i]);
+        curve.value[i] = at.value;
+        curve.half_width[i] = SUMMARY_HALF_WIDTH_95 * at.error;
         most = fmax(most, curve.value[i]);
     }
     axes.y = "deceleration";
@@ -145,31 +145,24 @@ static void draw_deceleration(struct figure *figure, const struct report_landing
     draw_board_estimates(figure, landing, false, axes.y_high);
 }
 
-/* Draws the residuals of the switches that the fit covers. */
-static void draw_residuals(struct figure *figure, const struct measured *measured,
-                           struct chart_axes axes)
+/* Draws the residuals of the switches beyond touchdown, each from its prediction by the others. */
+static void draw_residuals(struct figure *figure, const struct track *track, struct chart_axes axes)
 {
-    double tolerance = IN_PER_FT * SUMMARY_HALF_WIDTH_95 * measured->landing.switch_error_ft;
-    double first_s = measured->fit.mid_s - measured->fit.half_s - 1e-6,
-           last_s = measured->fit.mid_s + measured->fit.half_s + 1e-6;
-    double t_s[MR_GATES_MAX], residual[MR_GATES_MAX];
-    size_t count = 0;
+    double t_s[MR_GATES_MAX], residual[MR_GATES_MAX], half_width[MR_GATES_MAX];
     axes.y = "residual";
     axes.y_unit = UNIT_DISPLACEMENT;
     axes.x = CHART_TIME_LABEL;
     axes.height_px = 120;
     figure_begin_plot(figure, &axes);
-    figure_add_shape(figure, "band", (double)NAN, (double)NAN, -tolerance, tolerance, NULL);
     figure_add_shape(figure, "mark", (double)NAN, (double)NAN, 0.0, 0.0, NULL);
-    for (size_t i = 0; i < measured->gate_count; i++) {
-        struct mr_motion_estimate motion;
-        mr_gates_motion_at(&measured->fit, measured->gate[i].t_s, &motion);
-        t_s[count] = measured->gate[i].t_s;
-        residual[count] = IN_PER_FT * (measured->gate[i].station_ft - motion.position_ft.value);
-        count += t_s[count] >= first_s && t_s[count] <= last_s;
+    for (size_t i = 0; i < track->gate_count; i++) {
+        struct mr_estimate residual_ft = track_compute_residual_ft(track, i);
+        t_s[i] = track->first_gate.t_s + track->t_s[i];
+        residual[i] = IN_PER_FT * residual_ft.value;
+        half_width[i] = IN_PER_FT * SUMMARY_HALF_WIDTH_95 * residual_ft.error;
     }
-    figure_add_series(figure,
-                      &(struct chart_series){NULL, 1, "points", t_s, residual, NULL, count});
+    figure_add_series(figure, &(struct chart_series){NULL, 1, "whiskers", t_s, residual, half_width,
+                                                     track->gate_count});
 }
 
 static void write_speed(const struct report *report, const struct report_landing *landing,
@@ -177,7 +170,6 @@ static void write_speed(const struct report *report, const struct report_landing
 {
     static const char *const keys[] = {"mark", "mean deceleration", NULL};
     const struct measured *measured = &landing->summary.measured;
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, report->si);
     const struct chart_axes axes = {.x_unit = UNIT_NUMBER,
                                     .x_low = -CHART_TIME_BEFORE_TOUCHDOWN_S,
                                     .x_high = measured->summary.stop_t_s.value * 1.03};
@@ -188,17 +180,15 @@ static void write_speed(const struct report *report, const struct report_landing
         "speed and deceleration of the gear, and residuals of the switches, against time", 1,
         FIGURE_RANGE_PER_PLOT);
     draw_speed(&figure, landing, axes);
-    draw_deceleration(&figure, landing, axes);
-    draw_residuals(&figure, measured, axes);
-    figure_end(&figure, keys,
-               "Fit: polynomial of order %u through %u of %zu switches, residual standard "
-               "deviation %.3f %s. Residual: station of a switch minus the fit at the time when it "
-               "opened. Shaded: 95 %% interval of the position of a switch, &plusmn; %.3f %s.",
-               measured->fit.order, measured->fit.count, measured->gate_count,
-               measured->fit.residual_ft * IN_PER_FT * length->factor, length->text,
-               SUMMARY_HALF_WIDTH_95 * measured->landing.switch_error_ft * IN_PER_FT *
-                   length->factor,
-               length->text);
+    if (measured->track->has_gates) {
+        draw_deceleration(&figure, landing, axes);
+        draw_residuals(&figure, measured->track, axes);
+    }
+    figure_end(
+        &figure, keys,
+        "Curve: smoothed through the switches; how smooth, the switches decide. Deceleration: "
+        "mean over about the time between two switches. Residual: station of a switch minus "
+        "its prediction from the other switches, with 95 %% interval.");
 }
 
 /* ---- the mat ---- */

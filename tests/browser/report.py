@@ -164,7 +164,7 @@ def check_plots(browser, db):
     left, top, width, height = browser.js("(() => { const r = %s.querySelector('.box').getBoundingClientRect(); return [r.left, r.top, r.width, r.height]; })()" % speed)
     mouse(browser, "mouseMoved", left + 0.5 * width, top + 0.5 * height)
     said = browser.js(speed + ".querySelector('output').textContent")
-    found = re.match(r"([0-9.]+): fit with 95 % band ([0-9.]+)", said)
+    found = re.match(r"([0-9.]+): curve with 95 % band ([0-9.]+)", said)
     run = sqlite3.connect(db).execute("select min(board_us) from edges where landing = 2").fetchone()
     tap.check("the pointer has the values that were drawn there", run and found and 0.0 < float(found[1]) < 6.0 and 0.0 < float(found[2]) < 40.0, said)
     others = browser.js("[0, 1, 2].map(i => %s.parentNode.children[i].querySelector('output').textContent.split(':')[0])" % speed)
