@@ -18,13 +18,18 @@
 
 /* ---- csv ---- */
 
+static const char *emulated_mark(const struct store_landing *landing)
+{
+    return measured_is_emulated(landing) ? " (emulated, synthetic data)" : "";
+}
+
 static void write_csv_provenance(const struct measured *measured, bool si, FILE *out)
 {
     char source[MEASURED_SOURCE_SIZE];
     const struct store_landing *landing = &measured->landing;
-    fprintf(out, "# matrig landing: RUN %lld, landing %lld of board %s, firmware %s\n",
+    fprintf(out, "# matrig landing: RUN %lld, landing %lld of board %s%s, firmware %s\n",
             (long long)landing->id, (long long)landing->board_landing, landing->board_uid,
-            landing->firmware);
+            emulated_mark(landing), landing->firmware);
     measured_format_source(measured, source);
     fprintf(out, "# readings from %s\n", source);
     char torn[MEASURED_MISSING_START_SIZE];
@@ -142,9 +147,9 @@ static void write_film_csv(const struct measured *measured, const struct film *f
     const struct store_landing *landing = &measured->landing;
     fprintf(
         out,
-        "# matrig film: RUN %lld, landing %lld of board %s, %.4f frames a second, %lld missing\n",
+        "# matrig film: RUN %lld, landing %lld of board %s%s, %.4f frames a second, %lld missing\n",
         (long long)landing->id, (long long)landing->board_landing, landing->board_uid,
-        film->rate_hz, (long long)film->missing_frame_count);
+        emulated_mark(landing), film->rate_hz, (long long)film->missing_frame_count);
     fprintf(out, "# t_s: seconds since %s; board_s: since the board's scans began\n",
             measured_origin_text(measured));
     fputs("# gear: lead wheel of the main bogie, from the switches (speed: from the fit); errors "

@@ -72,12 +72,13 @@ static void preview_free(struct preview *preview)
 static void state_text(const struct preview *preview, char *out, size_t size)
 {
     const struct measured *measured = &preview->measured;
-    snprintf(out, size, "%lld, %s%s%s%s", (long long)preview->measured.landing.board_landing,
+    snprintf(out, size, "%lld, %s%s%s%s%s", (long long)preview->measured.landing.board_landing,
              mr_landing_state_text((unsigned)preview->measured.landing.state),
              preview->journal.is_void ? ", VOID" : "", preview->imported ? ", imported" : "",
              measured->has_calibration_dates ? measured_marks_text(measured)
              : measured->is_start_missing    ? ", torn"
-                                             : "");
+                                             : "",
+             measured_is_emulated(&measured->landing) ? ", emulated" : "");
 }
 
 static void add_motion(const struct measured *measured, struct answer *answer)
@@ -213,6 +214,7 @@ static void add_preview(const struct preview *preview, bool bases, struct answer
     answer_count(answer, "can_base", NULL, preview->can_base);
     answer_flag(answer, "void", NULL, preview->journal.is_void);
     answer_flag(answer, "imported", NULL, preview->imported);
+    answer_flag(answer, "emulated", NULL, measured_is_emulated(landing));
     answer_flag(answer, "torn", NULL, preview->measured.is_start_missing);
     summary_add_calibration(&preview->measured, answer);
     add_motion(&preview->measured, answer);
@@ -320,6 +322,11 @@ static void show_landing(struct store *store, int64_t run, struct answer *answer
     static struct summary summary;
     summary_load(store, run, &summary, fatal);
     summary_load_outcome(store, &summary, fatal);
+    bool emulated = measured_is_emulated(&summary.measured.landing);
+    answer_flag(answer, "emulated", NULL, emulated);
+    if (emulated)
+        answer_sentence(answer, NULL,
+                        "Emulated board, synthetic data: no hardware and no mat was involved.");
     summary_to_answer(&summary, answer);
     add_journal(store, &summary.measured.landing, answer);
     summary_free(&summary);

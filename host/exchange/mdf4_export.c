@@ -665,9 +665,10 @@ static void begin_file(struct mdf4 *file, const struct summary *summary, int64_t
     snprintf(version, sizeof version, "database version %d", STORE_VERSION);
     snprintf(
         comment, sizeof comment,
-        "matrig landing: RUN %lld, landing %lld of board %s; second 0 is board time %.6f s%s%s",
+        "matrig landing: RUN %lld, landing %lld of board %s%s; second 0 is board time %.6f s%s%s",
         (long long)landing->id, (long long)landing->board_landing, landing->board_uid,
-        (double)zero_us / 1e6, start ? "" : ", time of day unknown: ", start ? "" : why);
+        measured_is_emulated(landing) ? " (emulated, synthetic data)" : "", (double)zero_us / 1e6,
+        start ? "" : ", time of day unknown: ", start ? "" : why);
     mdf4_begin(file, start, comment, version);
 }
 
