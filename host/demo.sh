@@ -24,7 +24,7 @@ play() { # LANDING OPTIONS...: until the runway is in the board's memory, 0.5 s 
     shift
     run=$((run + 1))
     for_s=$(awk '$1 == "duration_s" { print $2 + 1.2; exit }' "$runs/landing$landing.run")
-    "$board" --elf "$image" --nor "$work/memory" --can "unix:$work/can" --serial "unix:$work/serial" --rig "$runs/landing$landing.run" --for "$for_s" --speed max &
+    "$board" --elf "$image" --flash "$work/flash" --nor "$work/memory" --can "unix:$work/can" --serial "unix:$work/serial" --rig "$runs/landing$landing.run" --for "$for_s" --speed max &
     playing=$!
     "$matrig" "$@" log --can "unix:$work/can" --serial "unix:$work/serial" --db "$db" &
     logging=$!
@@ -32,7 +32,22 @@ play() { # LANDING OPTIONS...: until the runway is in the board's memory, 0.5 s 
     logging=''
     wait "$playing" || fail 3 "matrig-board ended with exit code $?: matrig demo; its own message stands above"
     playing=''
+    "$matrig" --quiet landing "$db" $run --correct weight_lb=1300 --reason 'weight of the gear in the synthetic landings' >"$work/said"
     "$matrig" "$@" compare "$db" $run
+}
+at_rest() { # WORDS of matrig board, to a board whose gear stands; it takes one connection
+    "$board" --elf "$image" --flash "$work/flash" --can none --serial "unix:$work/serial" --speed max &
+    playing=$!
+    "$matrig" --quiet board --serial "unix:$work/serial" "$@" >"$work/said" || fail $? "matrig board ended with exit code $?: matrig demo; its own message stands above"
+    kill $playing # it writes its flash and ends
+    wait $playing || :
+    playing=''
+}
+configured() { # as a crew does before the first landing: place and serial numbers
+    at_rest config get -o "$work/read.cfg"
+    awk '$1 == "site.name" { $3 = "\"emulated rig\"" } $1 ~ /\.kind$/ { kind = $3 } $1 ~ /\.number$/ { number = $3 }
+        $1 ~ /\.serial$/ && (kind == 1 || kind == 2) { $3 = "\"EMU-" (kind == 1 ? "D" : "T") number "\"" } { print }' "$work/read.cfg" >"$work/rig.cfg"
+    at_rest config set "$work/rig.cfg"
 }
 surveyed() { # RUN: a sheet on standard input, filled in with the openings that were read before that landing
     awk -F, -v OFS=, -v run="$1" 'BEGIN { while ((getline line <run) > 0) { split(line, word, " "); if (word[4] == "survey") sum[word[5]] = word[6] } }
@@ -48,6 +63,8 @@ work=$(mktemp -d "${TMPDIR:-/tmp}/matrig-demo.XXXXXX")
 trap end EXIT
 trap 'fail 3 "interrupted: matrig demo; name a new folder to start once more"' INT TERM
 
+echo 'Emulated board, synthetic landings: no hardware and no mat is involved.'
+configured
 echo '== Landings 1 and 4 of the standard series: 28 ft/s, braked gently'
 "$matrig" --quiet landing "$db" --series standard --runway '1/7-scale AM2 mat, synthetic' --pattern standard --modification none >"$work/said"
 play 1 "$@"

@@ -56,6 +56,11 @@ far = [(a, b) for a, b in zip(kept[1::2], made[1::2]) if abs(float(a) - float(b)
 print(far)
 sys.exit(kept[::2] != made[::2] or far != [])' docs/measured/demo.md "$tmp/page.md" || { diff docs/measured/demo.md "$tmp/page.md"; false; }
 }
+is_entered() { # what a crew enters: place, serial numbers, weight; and that nothing of it is a measurement
+    local page=$work/first/report.html
+    head -n 1 "$work/told.txt" | grep 'Emulated board, synthetic landings' && grep -q '<dt>place</dt><dd>emulated rig<' "$page" && grep -q '<dt>gear weight</dt><dd>1300\.0 lb<' "$page" &&
+        grep -q '<dt>sensor serial numbers</dt><dd>22 of 22' "$page" && ! grep -q 'not entered' "$page"
+}
 has_page() { grep -q '<html' "$work/first/report.html" && [ "$(wc -c <"$work/first/report.html")" -gt 100000 ]; }
 no_more() { [ "$(ls -A "$work/first" | tr '\n' ' ')" = 'campaign.db report.html ' ] && [ -z "$(ls "$TMPDIR")" ]; }
 refuses_another() {
@@ -70,7 +75,7 @@ no_board() { with '' && fails_with 3 'no emulated board: .*; .*package matrig-bo
 broken_board() { # one that ends at once: log does not wait for it without end
     printf '#!/bin/sh\necho "no board today" >&2\nexit 3\n' >"$tmp/broken" && chmod +x "$tmp/broken" && with "$tmp/broken"
     timeout 600 "$tmp/beside/matrig" demo "$tmp/none" >"$tmp/out" 2>"$tmp/err"
-    echo "exit $?" | grep -x 'exit 3' && cat "$tmp/err" && grep -x 'no board today' "$tmp/err" && tail -n 1 "$tmp/err" | grep 'matrig log ended with exit code 3: matrig demo'
+    echo "exit $?" | grep -x 'exit 3' && cat "$tmp/err" && grep -x 'no board today' "$tmp/err" && tail -n 1 "$tmp/err" | grep 'matrig board ended with exit code 3: matrig demo'
 }
 no_landings() { # the programs alone
     with build/matrig-board && rm -r "$tmp/share/matrig/runs" && fails_with 3 'no recorded landing: .*landing1\.run; .*package matrig' "$tmp/beside/matrig" demo "$tmp/none2"
@@ -93,6 +98,7 @@ check "landing 5 is warned of late, landing 7 early" warns
 check "and that is summed up" sums
 check "landings on a restored runway are not summed, and show the advice" restored
 check "docs/measured/demo.md has its figures (make pictures)" page_of_figures
+check "place, serial numbers and weight are entered" is_entered
 check "there is a page" has_page
 check "and nothing but page and campaign" no_more
 check "a campaign that is there is left alone" refuses_another
