@@ -18,15 +18,14 @@ static const double not_known = (double)NAN;
 
 /* ---- one row per landing ---- */
 
-/* Adds the columns "start of zone" and "end of zone"; dashes if they are not known. */
-static void add_zone_ends(struct answer *answer, const char *label, bool known, double start_ft,
-                          double end_ft)
+/* Adds the columns "start of zone" and "end of zone"; dashes if they are not known (NaN). */
+static void add_zone_ends(struct answer *answer, const char *label, const struct report_zone *zone)
 {
     char head[CHART_LABEL_SIZE];
     snprintf(head, sizeof head, "start of %s", label);
-    answer_value(answer, NULL, head, UNIT_STATION, known ? start_ft : not_known, 1);
+    answer_estimate(answer, NULL, head, UNIT_STATION, zone->start_ft, zone->start_error_ft, 1);
     snprintf(head, sizeof head, "end of %s", label);
-    answer_value(answer, NULL, head, UNIT_STATION, known ? end_ft : not_known, 1);
+    answer_estimate(answer, NULL, head, UNIT_STATION, zone->end_ft, zone->end_error_ft, 1);
 }
 
 static void add_summary_row(const struct report_facts *facts, struct answer *answer)
@@ -36,9 +35,9 @@ static void add_summary_row(const struct report_facts *facts, struct answer *ans
     answer_open_row(answer);
     answer_count(answer, NULL, "RUN", facts->landing.id)->is_run_number = true;
     answer_count(answer, NULL, "landing", facts->landing.board_landing);
-    answer_words(answer, NULL, "state", "%s%s%s",
-                 mr_landing_state_text((unsigned)facts->landing.state), facts->marks,
-                 facts->is_emulated ? ", emulated" : "");
+    answer_words(answer, NULL, "state", "%s%s",
+                 mr_landing_state_text((unsigned)facts->landing.state),
+                 facts->is_incomplete ? ", incomplete" : "");
     answer_words(answer, NULL, "switches", "%zu of %zu", facts->gate_count, facts->switch_count);
     answer_estimate(answer, NULL, "touchdown speed", UNIT_SPEED, facts->speed_ft_s.value,
                     facts->speed_ft_s.error, 3);
@@ -57,8 +56,7 @@ static void add_summary_row(const struct report_facts *facts, struct answer *ans
                  : facts->may_lack_warning          ? "not known"
                                                     : "none")
         ->is_warning = warning->was_warned;
-    add_zone_ends(answer, "zone", warning->was_warned, warning->longest_start_ft,
-                  warning->longest_end_ft);
+    add_zone_ends(answer, "zone", &facts->warned_zone);
     answer_count(answer, NULL, "frames lost", facts->lost_frames);
 }
 
@@ -76,21 +74,42 @@ static void write_landings_table(const struct report *report, FILE *out, const c
     report_write_answer(answer, out);
 }
 
+/* A sentence about the landings whose marks contain `mark`; it lists them unless all are meant. */
+static void write_mark_note(const struct report *report, const char *mark, const char *meaning,
+                            FILE *out)
+{
+    size_t count = 0;
+    bool *of = xcalloc(report->landings + 1, sizeof *of);
+    for (size_t i = 0; i < report->landings; i++) {
+        of[i] = strstr(report->facts[i].marks, mark) != NULL;
+        count += of[i];
+    }
+    if (count) {
+        fprintf(out, "<p>%s", meaning);
+        if (count < report->landings) {
+            fputs(" (", out);
+            report_write_runs(report, of, out);
+            fputs(")", out);
+        }
+        fputs(".</p>\n", out);
+    }
+    free(of);
+}
+
 static void write_summary(const struct report *report, FILE *out)
 {
-    bool uncalibrated = false;
-    for (size_t i = 0; i < report->landings; i++)
-        uncalibrated |= strstr(report->facts[i].marks, "UNCALIBRATED") != NULL;
     if (report->landings)
         write_landings_table(report, out,
                              "\xc2\xb1 is one standard error. Zone: the longest zone that the "
                              "board reported while the warning was on.",
                              add_summary_row);
-    if (uncalibrated)
-        fputs("<p>UNCALIBRATED: a sensor has no calibration date. For such a sensor, \xc2\xb1 "
-              "contains the scale error that the configuration states; this error was not "
-              "measured.</p>\n",
-              out);
+    write_mark_note(
+        report, "UNCALIBRATED",
+        "UNCALIBRATED: a sensor has no calibration date. Its \xc2\xb1 contains the scale "
+        "error that the configuration states; this error was not measured",
+        out);
+    write_mark_note(report, "calibration unknown",
+                    "Calibration unknown: the configuration of the board was not read", out);
 }
 
 /* ---- cumulative displacement (figs. 4.5, 4.6, 5.2 of the 1973 report) ---- */
@@ -310,8 +329,7 @@ static void draw_zone_row(const struct zone_rows *rows, size_t row, const struct
                      (double)MR_SEGMENT_LENGTH_FT * (s + 1));
     }
     if (facts->warning.was_warned)
-        draw_bar(rows, top, 0, "warned", facts->warning.longest_start_ft,
-                 facts->warning.longest_end_ft);
+        draw_bar(rows, top, 0, "warned", facts->warned_zone.start_ft, facts->warned_zone.end_ft);
     else if (facts->longest_zone.mats > 0)
         draw_bar(rows, top, 0, "reported", facts->longest_zone.start_ft,
                  facts->longest_zone.end_ft);
@@ -521,6 +539,10 @@ static void add_predictor_row(const struct report_facts *facts, struct answer *a
     const struct zone_warning *w = &facts->warning;
     int64_t worst = facts->worst_predictor_verdict;
     const bool watched = facts->source != MEASURED_IMPORT;
+    struct report_zone first = {0, not_known, not_known, not_known, not_known};
+    if (w->was_warned)
+        first = (struct report_zone){w->mats, w->start_ft, w->end_ft, w->start_error_ft,
+                                     w->end_error_ft};
     answer_open_row(answer);
     answer_count(answer, NULL, "RUN", facts->landing.id);
     answer_count(answer, NULL, "zone reports", (int64_t)facts->zone_report_count);
@@ -536,16 +558,10 @@ static void add_predictor_row(const struct report_facts *facts, struct answer *a
                  w->was_warned && w->reason != STORE_NONE
                      ? mr_predictor_reason_text((unsigned)w->reason)
                      : "");
-    add_zone_ends(answer, "first zone", w->was_warned, w->start_ft, w->end_ft);
-    answer_value(answer, NULL, "predicted time to zone", UNIT_TIME,
-                 w->was_warned ? w->predicted_lead_s : not_known, 3);
-    answer_value(answer, NULL, "actual time to zone", UNIT_TIME,
-                 w->was_warned ? w->actual_lead_s : not_known, 3);
+    add_zone_ends(answer, "first zone", &first);
     answer_count(answer, NULL, "zone warned of (mats)",
                  w->was_warned ? w->longest_mats : ANSWER_UNKNOWN);
-    add_zone_ends(answer, "zone warned of", w->was_warned, w->longest_start_ft, w->longest_end_ft);
-    add_zone_ends(answer, "last zone", facts->last_zone.mats > 0, facts->last_zone.start_ft,
-                  facts->last_zone.end_ft);
+    add_zone_ends(answer, "last zone", &facts->last_zone);
 }
 
 static void write_predictor(const struct report *report, FILE *out)
@@ -556,13 +572,11 @@ static void write_predictor(const struct report *report, FILE *out)
     if (statements)
         write_landings_table(
             report, out,
-            "Times are seconds after touchdown on the board's clock, exact to 1 ms. First zone: "
-            "the "
-            "zone that the board reported with its first warning, of any length. Predicted time to "
-            "zone: the first value that the board sent, for the start of the zone reported at that "
-            "time. For the lead time to 50 closed mats, see Warnings and their outcome. A dash: "
-            "no value, or the wheel did not reach the zone. The absence of a warning does not make "
-            "a landing safe.",
+            "First warning: seconds after touchdown on the board's clock, exact to 1 ms. First "
+            "zone: the zone that the board reported with its first warning, of any length; the "
+            "reason may be a zone that the model expects later. For the lead time to 50 closed "
+            "mats, see Warnings and their outcome. The absence of a warning does not make a "
+            "landing safe.",
             add_predictor_row);
 }
 

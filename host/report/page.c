@@ -214,7 +214,7 @@ static void put_date_fact(const struct report *report, FILE *out)
 
 /* ---- lists of RUNs ---- */
 
-static void put_runs(const struct report *report, const bool *of, FILE *out)
+void report_write_runs(const struct report *report, const bool *of, FILE *out)
 {
     size_t named = 0, count = 0;
     for (size_t i = 0; i < report->landings; i++) {
@@ -320,10 +320,24 @@ static void put_movement_fact(const struct report *report, FILE *out)
 
 /* ---- zones and outcomes ---- */
 
+/* "76 mats, 86.3 +- 0.2 to 108.0 +- 2.8 ft" */
+static void put_zone(const struct report_zone *zone, bool si, FILE *out)
+{
+    const struct unit *station = unit_of(UNIT_STATION, si);
+    const double end_ft[] = {zone->start_ft, zone->end_ft},
+                 error_ft[] = {zone->start_error_ft, zone->end_error_ft};
+    fprintf(out, "%lld mats, ", (long long)zone->mats);
+    for (int i = 0; i < 2; i++) {
+        fprintf(out, "%s%.1f", i ? " to " : "", station->factor * end_ft[i]);
+        if (isfinite(error_ft[i]))
+            fprintf(out, " &plusmn; %.1f", station->factor * error_ft[i]);
+    }
+    fprintf(out, " %s", station->text);
+}
+
 static void put_zones_fact(const struct report *report, bool *of, FILE *out)
 {
     const struct report_facts *longest = NULL;
-    const double station = unit_of(UNIT_STATION, report->si)->factor;
     size_t warned = 0, unheard = 0, watched = 0;
     begin_fact(out, "zone warned of");
     for (size_t i = 0; i < report->landings; i++) {
@@ -332,7 +346,7 @@ static void put_zones_fact(const struct report *report, bool *of, FILE *out)
         warned += of[i];
         watched += facts->source != MEASURED_IMPORT;
         unheard += !of[i] && facts->source != MEASURED_IMPORT && facts->may_lack_warning;
-        if (of[i] && (!longest || facts->warning.longest_mats > longest->warning.longest_mats))
+        if (of[i] && (!longest || facts->warned_zone.mats > longest->warned_zone.mats))
             longest = facts;
     }
     if (watched == 0)
@@ -341,13 +355,12 @@ static void put_zones_fact(const struct report *report, bool *of, FILE *out)
         fputs("none", out);
     else if (!report->run) {
         fprintf(out, "in %zu of %zu landings: ", warned, report->landings);
-        put_runs(report, of, out);
+        report_write_runs(report, of, out);
     }
-    if (longest)
-        fprintf(out, "%s%lld mats, %.1f to %.1f %s", report->run ? "" : "; longest zone ",
-                (long long)longest->warning.longest_mats,
-                station * longest->warning.longest_start_ft,
-                station * longest->warning.longest_end_ft, unit_of(UNIT_STATION, report->si)->text);
+    if (longest && longest->warned_zone.mats > 0) {
+        fputs(report->run ? "" : "; longest zone ", out);
+        put_zone(&longest->warned_zone, report->si, out);
+    }
     if (unheard)
         fprintf(out, " <small>%zu more may have had a warning that the log missed</small>",
                 unheard);
@@ -414,7 +427,7 @@ static void put_problems_fact(const struct report *report, bool *of, FILE *out)
         fprintf(out, "<span>%s", report_problem_text(w));
         if (!report->run) {
             fputs(": ", out);
-            put_runs(report, of, out);
+            report_write_runs(report, of, out);
         }
         fputs("</span>", out);
     }
@@ -470,7 +483,7 @@ static void put_emulated_banner(const struct report *report, FILE *out)
               out);
         if (count < report->landings) {
             fputs(" in ", out);
-            put_runs(report, of, out);
+            report_write_runs(report, of, out);
         }
         fputs(".</p>\n", out);
     }

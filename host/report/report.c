@@ -70,17 +70,31 @@ static void set_band_tensions(const struct measured *measured, struct report_fac
 
 /* ---- zones ---- */
 
-static struct report_zone convert_zone(const struct store_zone *row)
+/* The board sends the errors of a zone with the same block. */
+static struct report_zone convert_zone(const struct report_landing *landing,
+                                       const struct store_zone *row)
 {
-    return row && row->mats > 0 ? (struct report_zone){row->mats, row->start_ft, row->end_ft}
-                                : (struct report_zone){0, (double)NAN, (double)NAN};
+    const double none = (double)NAN;
+    struct report_zone zone = {0, none, none, none, none};
+    if (!row || row->mats <= 0)
+        return zone;
+    zone.mats = row->mats;
+    zone.start_ft = row->start_ft;
+    zone.end_ft = row->end_ft;
+    for (size_t i = 0; i < landing->prediction_count; i++) {
+        if (landing->prediction[i].block != row->block)
+            continue;
+        zone.start_error_ft = landing->prediction[i].start_error_ft;
+        zone.end_error_ft = landing->prediction[i].end_error_ft;
+    }
+    return zone;
 }
 
 static void set_zones(const struct report_landing *landing, struct report_facts *facts)
 {
     const struct measured *measured = &landing->summary.measured;
     const struct zones *zones = &landing->summary.zones;
-    const struct store_zone *longest = NULL;
+    const struct store_zone *longest = NULL, *warned = NULL;
     char why[ZONES_DOUBT_SIZE];
     facts->zone_report_count = zones->count;
     facts->warning = zones->warning;
@@ -89,9 +103,12 @@ static void set_zones(const struct report_landing *landing, struct report_facts 
     for (size_t i = 0; i < zones->count; i++) {
         if (zones->row[i].mats > 0 && (!longest || zones->row[i].mats > longest->mats))
             longest = &zones->row[i];
+        if (zones->row[i].warning == 1 && (!warned || zones->row[i].mats > warned->mats))
+            warned = &zones->row[i];
     }
-    facts->longest_zone = convert_zone(longest);
-    facts->last_zone = convert_zone(zones->count ? &zones->row[zones->count - 1] : NULL);
+    facts->longest_zone = convert_zone(landing, longest);
+    facts->warned_zone = convert_zone(landing, warned);
+    facts->last_zone = convert_zone(landing, zones->count ? &zones->row[zones->count - 1] : NULL);
     facts->worst_predictor_verdict = STORE_NONE;
     for (size_t i = 0; i < landing->prediction_count; i++) {
         if (landing->prediction[i].verdict > facts->worst_predictor_verdict)

@@ -79,8 +79,10 @@ struct report_facts {
     struct report_zone {
         int64_t mats; /* length of the zone; 0: no zone */
         double start_ft, end_ft;
-    } longest_zone, last_zone;       /* zones that the board reported */
-    int64_t worst_predictor_verdict; /* worst verdict of the predictor; STORE_NONE: none */
+        double start_error_ft, end_error_ft; /* standard errors; NaN: not known */
+    } longest_zone, last_zone;               /* zones that the board reported */
+    struct report_zone warned_zone;          /* longest zone while the warning was on */
+    int64_t worst_predictor_verdict;         /* worst verdict of the predictor; STORE_NONE: none */
     /* bit s: segment s is closed at the end, according to survey and transducers */
     uint64_t closed_segments;
     int64_t lost_frames;
@@ -153,6 +155,9 @@ void report_landing_records(const struct report *report, const struct report_lan
 
 /* Returns the name of the database without its folder. */
 const char *report_database_name(const struct report *report);
+
+/* Writes the landings i with of[i]: "RUN 1, 3 and 12 more", as links. */
+void report_write_runs(const struct report *report, const bool *of, FILE *out);
 
 /* Writes an answer to the page, and frees it. */
 void report_write_answer(struct answer *answer, FILE *out);

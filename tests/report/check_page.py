@@ -213,16 +213,16 @@ def predictor():
     row = dict(zip(heads, cells[0]))
     warned_s = block / 1000 - t0_s
     near("first warning, s", number(row["first warning (s)"]), warned_s, 0.0011)
-    check("the first zone", (row["start of first zone (ft)"], row["end of first zone (ft)"]) == ("%.1f" % start, "%.1f" % end), row)
-    longest = db.execute("select start_ft, end_ft from zones where landing = 1 and warning = 1 order by mats desc, block limit 1").fetchone()
+    error = dict((b, (s, e)) for b, s, e in db.execute("select block, start_error_ft, end_error_ft from predictions where landing = 1"))
+
+    def ends(block, start, end):
+        return tuple("%.1f ± %.1f" % pair for pair in zip((start, end), error[block]))
+    check("the first zone", (row["start of first zone (ft)"], row["end of first zone (ft)"]) == ends(block, start, end), row)
+    longest = ends(*db.execute("select block, start_ft, end_ft from zones where landing = 1 and warning = 1 order by mats desc, block limit 1").fetchone())
     summed = dict(zip(*(r[0] if n else r for n, r in enumerate(table(section("summary"), "RUN")))))
-    told = [(of["start of %s (ft)" % name], of["end of %s (ft)" % name]) for of, name in ((row, "zone warned of"), (summed, "zone"))]
-    check("summary and predictions have the same zone warned of", told == 2 * [tuple("%.1f" % v for v in longest)], told, longest)
-    check("so has the front", ", %.1f to %.1f ft" % longest in re.search(r"<dt>zone warned of</dt><dd>(.*?)</dd>", page, re.S).group(1))
-    lead_block, lead_start = db.execute("select block, start_ft from zones where landing = 1 and warning = 1 and lead_s is not null order by block limit 1").fetchone()
-    k = next((k for k, g in enumerate(gear_ft) if g is not None and g >= lead_start), None)
-    if k is not None:
-        near("actual time to zone, s", number(row["actual time to zone (s)"]), time_s[k] - (lead_block / 1000 - t0_s), 0.003)
+    told = summed["start of zone (ft)"], summed["end of zone (ft)"]
+    check("the summary has the zone warned of", told == longest, told, longest)
+    check("so has the front", ", %s to %s ft" % longest in re.search(r"<dt>zone warned of</dt><dd>(.*?)</dd>", page, re.S).group(1).replace("&plusmn;", "±"))
     check("and in words", re.search(r">warned %.3f s after touchdown, decided in block %d<.*?<dt>closed mats</dt><dd>%d</dd>" % (warned_s, block, mats), section("run1"), re.S))
 
 
