@@ -21,7 +21,7 @@ const matrigCharts = (() => {
     customBars: true, connectSeparatedPoints: true, legend: 'never', showLabelsOnHighlight: false, fillAlpha: 0.2, strokeWidth: 1.4, ...colours(), ...options,
     axes: {
       x: { pixelsPerLabel: box.clientWidth < 300 ? 42 : 60, axisLabelWidth: 60, axisLabelFormatter: number, ...(options.axes || {}).x },
-      y: { pixelsPerLabel: 26, axisLabelWidth: 46, axisLabelFormatter: number, ...(options.axes || {}).y },
+      y: { pixelsPerLabel: 18, axisLabelWidth: 46, axisLabelFormatter: number, ...(options.axes || {}).y },
     },
   });
 

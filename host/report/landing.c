@@ -384,7 +384,6 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
     const struct measured *measured = &landing->summary.measured;
     const struct zones *zones = &landing->summary.zones;
     const struct zone_warning *warning = &zones->warning;
-    char text[100], doubt[ZONES_DOUBT_SIZE];
     for (size_t i = 0; i < zones->count; i++) {
         const struct store_zone *row = &zones->row[i];
         double t_s = zones_time_s(measured, row);
@@ -397,20 +396,21 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
     if (!warning->was_warned)
         return;
     double t_s = fmax(warning->t_s, -0.1), wheel_ft = measured_station_ft(measured, warning->t_s);
-    const char *heard = zones_format_earlier_warning_doubt(zones, doubt) ? " received" : "";
-    snprintf(text, sizeof text, "first warning%s: closed zone of %lld mats", heard,
-             (long long)warning->mats);
     figure_add_shape(figure, "lead", isnan(wheel_ft) ? warning->start_ft : wheel_ft,
-                     warning->end_ft, t_s, t_s, text);
+                     warning->end_ft, t_s, t_s, NULL);
 }
 
 static void write_zone_map(const struct report *report, const struct report_landing *landing,
                            FILE *out)
 {
-    static const char *const keys[] = {
-        "closed", "closed segments ahead of the wheel", "behind", "closed segments behind it",
-        "warned", "zone reported, warning on",          "sensor", "transducers",
-        NULL};
+    char doubt[ZONES_DOUBT_SIZE], caption[200] = "";
+    const struct zone_warning *warning = &landing->summary.zones.warning;
+    const char *keys[] = {"closed", "closed segments ahead of the wheel",
+                          "behind", "closed segments behind it",
+                          "sensor", "transducers",
+                          NULL,     "zone reported, warning on",
+                          "lead",   "first warning",
+                          NULL};
     const struct measured *measured = &landing->summary.measured;
     const double last_s = measured->summary.stop_t_s.value + ZONE_MAP_AFTER_STOP_S;
     double x[WHEEL_PATH_POINTS + 1], t_s[WHEEL_PATH_POINTS + 1], gate_ft[MR_GATES_MAX],
@@ -450,9 +450,17 @@ static void write_zone_map(const struct report *report, const struct report_land
         if (measured->channel[c].config.kind == MR_KIND_DISPLACEMENT)
             figure_add_shape(&figure, "sensor", at, at, (double)NAN, (double)NAN, NULL);
     }
-    figure_end(&figure, keys,
-               "Closed segments: computed here from survey and transducers. Zone reported: by the "
-               "board.");
+    if (warning->was_warned) {
+        keys[6] = "warned";
+        if (zones_format_earlier_warning_doubt(&landing->summary.zones, doubt))
+            keys[9] = "first warning received";
+        snprintf(caption, sizeof caption,
+                 " Zone reported: by the board. First warning: line from the wheel to the end of "
+                 "the zone of %lld mats reported then.",
+                 (long long)warning->mats);
+    }
+    figure_end(&figure, keys, "Closed segments: computed here from survey and transducers.%s",
+               caption);
 }
 
 /* ---- the predictor ---- */
@@ -496,6 +504,8 @@ static void draw_zone_lengths(struct figure *figure, const struct report_landing
     axes.height_px = 150;
     for (size_t i = 0; i < zones->count; i++)
         axes.y_high = fmax(axes.y_high, 1.05 * (double)zones->row[i].mats);
+    for (size_t i = 0; i < landing->prediction_count; i++)
+        axes.y_high = fmax(axes.y_high, 1.05 * (double)landing->prediction[i].coming_mats);
     figure_begin_plot(figure, &axes);
     draw_reported_zones(figure, zones, measured);
     figure_add_shape(figure, "mark", (double)NAN, (double)NAN, MR_PREDICTOR_WARNING_MATS,
