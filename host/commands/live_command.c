@@ -7,6 +7,8 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
+#include "host/analyse/summary.h"
+#include "host/base/monotonic_clock.h"
 #include "host/commands/commands.h"
 #include "host/commands/program.h"
 #include "host/live/hub.h"
@@ -18,6 +20,8 @@
  * landing, or minutes outside of landings. */
 #define FRAMES_AT_START_MAX 30000
 #define FRAMES_PER_POLL     2000
+/* time after the end of a landing until its outcome is shown: the log stores the last data */
+#define OUTCOME_DELAY_MS    1000
 
 struct watch {
     const struct cli *cli;
@@ -28,6 +32,9 @@ struct watch {
     struct live_source source;
     struct live_hub *hub;
     struct live_server *server;
+    int64_t done_run, done_ms; /* newest landing that has ended, and when that was noticed */
+    int64_t checked_ms;
+    bool is_outcome_shown; /* of done_run */
 };
 
 static void handle_frame(void *context, const struct store_frame *frame)
@@ -83,6 +90,40 @@ static enum mr_status poll_campaign(struct watch *watch, struct error *error)
     return status;
 }
 
+/* Shows the outcome of the newest landing `delay_ms` after its end, in the words of matrig show. */
+static enum mr_status show_outcome(struct watch *watch, int64_t delay_ms, struct error *error)
+{
+    struct store_landing *row = NULL;
+    size_t count = 0;
+    int64_t now_ms = monotonic_ms(), run = 0;
+    if (watch->checked_ms && now_ms - watch->checked_ms < OUTCOME_DELAY_MS / 2)
+        return MR_OK;
+    watch->checked_ms = now_ms;
+    enum mr_status status = store_landings(watch->store, &row, &count, error);
+    if (status == MR_OK && count && row[count - 1].state == MR_LANDING_DONE)
+        run = row[count - 1].id;
+    free(row);
+    if (run != watch->done_run) {
+        watch->done_run = run;
+        watch->done_ms = now_ms;
+        watch->is_outcome_shown = false;
+    }
+    if (status != MR_OK || !run || watch->is_outcome_shown || now_ms - watch->done_ms < delay_ms)
+        return status;
+    struct summary summary;
+    char line[RECORD_LINE_SIZE], words[RECORD_LINE_SIZE + 40];
+    watch->is_outcome_shown = true;
+    status = summary_load(watch->store, run, &summary, error)
+               ?: summary_load_outcome(watch->store, &summary, error);
+    if (status == MR_OK) {
+        snprintf(words, sizeof words, "RUN %lld: %s", (long long)run,
+                 record_format_line(&summary.outcome, line));
+        live_hub_add_outcome(watch->hub, words);
+    }
+    summary_free(&summary);
+    return status;
+}
+
 /* Shows new data until a signal arrives. */
 static enum mr_status run_watch(struct watch *watch, struct error *error)
 {
@@ -93,7 +134,7 @@ static enum mr_status run_watch(struct watch *watch, struct error *error)
                              .events = POLLIN};
     enum mr_status status = MR_OK;
     while (status == MR_OK) {
-        status = poll_campaign(watch, error);
+        status = poll_campaign(watch, error) ?: show_outcome(watch, OUTCOME_DELAY_MS, error);
         if (status == MR_OK && poll(&signals, 1, POLL_MS) > 0)
             break;
     }
@@ -120,7 +161,7 @@ static void open_watch(struct watch *watch, const char *db, const char *port)
 
 static int print_snapshot(struct watch *watch, struct error *error)
 {
-    if (poll_campaign(watch, error) != MR_OK)
+    if (poll_campaign(watch, error) != MR_OK || show_outcome(watch, 0, error) != MR_OK)
         return cli_fail(error);
     char *text = live_hub_snapshot(watch->hub);
     json_t *snapshot = text ? json_loads(text, 0, NULL) : NULL;

@@ -35,6 +35,7 @@
 #define BUCKETS_PER_EVENT     64
 #define FIRST_COMMAND_TAG     0x7601u
 #define MESSAGE_SLOTS_MAX     1024u
+#define OUTCOME_PLACE         ((unsigned)MR_MESSAGE_COUNT) /* slot of the outcome of a landing */
 /* readings from CAN are ignored while the newest block record from serial is not older than this */
 #define RECORD_AGE_MAX_BLOCKS 500
 
@@ -485,7 +486,8 @@ static bool belongs_to_landing(unsigned place)
     case MR_INDEX_MOTION:
     case MR_INDEX_MOTION_ERROR:
     case MR_INDEX_TOUCHDOWN:
-    case MR_INDEX_STOP: return true;
+    case MR_INDEX_STOP:
+    case OUTCOME_PLACE: return true;
     default: return false;
     }
 }
@@ -573,7 +575,10 @@ static void add_notice(struct live_hub *hub, const char *severity, bool is_outco
         "b", "severity", severity, "outcome", is_outcome, "notice", text_to_json(words)));
     if (text)
         add_to_next_event(hub, text);
-    free(text);
+    if (is_outcome) /* for pages that are opened later */
+        store_slot(hub, make_slot_key(OUTCOME_PLACE, LINK_SERIAL, 0), text);
+    else
+        free(text);
     pthread_mutex_unlock(&hub->lock);
 }
 

@@ -179,6 +179,22 @@ ends_with_viewers() { # a viewer that reads nothing neither holds the log up nor
     [ $i -lt 50 ] && [ "$(sqlite3 "$work/x.db" 'select sum(lost) + sum(dropped) + sum(bad) from links')" = 0 ]
 }
 
+outcome_is_shown() { # in the words of matrig show
+    . tests/board/played.sh
+    local words i follower port
+    campaign_of "$work/done.db" 5 >/dev/null && words=$(build/matrig show "$work/done.db" 1 | sed -n 's/^  outcome *//p')
+    [ -n "$words" ] && build/matrig --json live "$work/done.db" | grep -F "\"outcome\":true,\"notice\":\"RUN 1: $words\"" >"$tmp/notice" || return 1
+    timeout 20 build/matrig live "$work/done.db" --port 0 2>"$work/done.err" &
+    follower=$!
+    port=$(address_in "$work/done.err" | sed 's|.*:\([0-9]*\)/.*|\1|')
+    for ((i = 0; i < 10; i++)); do # a new viewer each time
+        request "GET /events HTTP/1.1" "Host: localhost" >"$tmp/later"
+        grep -qaF "RUN 1: $words" "$tmp/later" && break
+    done
+    kill $follower
+    [ $i -lt 10 ]
+}
+
 check "the address is told, with a token" address_is_told
 check "it is served at 127.0.0.1 and nowhere else" only_loopback
 check "the page is served, with a policy that allows nothing from elsewhere, and without the token" page_is_served
@@ -191,6 +207,7 @@ check "arm and disarm reach the board, and its refusal comes back" it_arms_and_d
 check "a viewer gets configuration, messages, readings, state" events_begin_with_all
 check "followed once, as JSON" state_as_json
 check "who follows a database gives no commands" followers_only_watch
+check "the outcome of the last landing, for pages opened later too" outcome_is_shown
 check "on serial alone every reading is there" joined_on_serial
 check "the log loses nothing and ends with viewers that do not read" ends_with_viewers
 check "a port that is taken" fails_with 3 'cannot serve the live page at .*different port' build/matrig live "$work/x.db" --port "$(
