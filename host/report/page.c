@@ -400,6 +400,12 @@ static void put_outcome_counts_fact(const struct report *report, FILE *out)
                 "limit (%d mats)</small>",
                 (long long)row->run, (long long)row->outcome.longest_mats, ZONES_ERROR_MATS,
                 OUTCOME_MIN_ZONE_MATS);
+        else if (row->lead_time_low_s < 0.0 && row->lead_time_high_s > 0.0)
+            fprintf(
+                out,
+                " <small>RUN %lld: the 75 %% interval of the lead time is %.1f to %.1f s, so the "
+                "warning may have been late or in time</small>",
+                (long long)row->run, row->lead_time_low_s, row->lead_time_high_s);
     }
     if (report->landings && count[RECORD_NOT_KNOWN] == report->landings && report->run)
         put_missing_value(out, "", report->facts[0].outcome_reason);
