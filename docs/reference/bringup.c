@@ -56,11 +56,10 @@ void reference_bringup(FILE *out)
         "`begin` to the newline before `end`. The image sends the section `report` at power on "
         "and when it receives the word `report`. It sends the section `brown-out` when it "
         "receives `brown-out`. The word `rom` starts the boot ROM.\n\n"
-        "A value outside the limits and a missing value give the result `wrong`, unless the column "
-        "*Result* shows one result for both, or one for a value outside the limits and a second "
-        "one "
-        "for a missing value. After `look`, you decide. `*` stands for the rest of a name. Limits "
-        "are in the unit of the line.\n\n"
+        "A value that is missing or outside its limits gives the result `wrong`, unless the column "
+        "*Result* states another. Of two results there, the second is for a missing value. After "
+        "`look`, you decide. `*` stands for the rest of a name. Limits are in the unit of the "
+        "line.\n\n"
         "| Line | Limits | Result | Remedy |\n|---|---|---|---|\n",
         out);
 #define LIMIT(section, name, least, most, beyond, none, source, advice) \

@@ -1,5 +1,5 @@
 /* The command matrig scale: converts quantities, scene files and study files between model and
- * prototype. */
+ * prototype. Similitude is the conversion by powers of the length scale. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
