@@ -208,14 +208,15 @@ double compare_compute_time_error_s(const struct compare_timing *clock, double t
 
 static struct compare_zone convert_closed_run(const struct mr_closure_zone *run, double wheel_ft)
 {
-    const double error_ft = ZONES_ERROR_MATS * MAT_FT;
-    return (struct compare_zone){.is_known = true,
-                                 .mats = (double)run->mats,
-                                 .start_ft = (double)run->start_ft,
-                                 .end_ft = (double)run->end_ft,
-                                 .start_error_ft = (double)run->start_ft > wheel_ft ? error_ft
-                                                                                    : 0.0,
-                                 .end_error_ft = error_ft};
+    /* a zone in which the wheel is begins at the wheel, apart from the time of a sample */
+    const double error_ft = ZONES_ERROR_MATS * MAT_FT, at_wheel_ft = 0.1;
+    return (struct compare_zone){
+        .is_known = true,
+        .mats = (double)run->mats,
+        .start_ft = (double)run->start_ft,
+        .end_ft = (double)run->end_ft,
+        .start_error_ft = (double)run->start_ft - wheel_ft < at_wheel_ft ? 0.0 : error_ft,
+        .end_error_ft = error_ft};
 }
 
 struct compare_zone compare_find_closed_zone(const float *slack_in, const float *remaining_in,
@@ -293,7 +294,7 @@ static struct compare_zone find_measured_zone(const struct measured *measured,
         !has_movement(measured, (size_t)sample))
         return (struct compare_zone){.is_known = false};
     zones_find_closed_segments(measured, survey, (size_t)sample, remaining_in, &run);
-    return convert_closed_run(&run, (double)(float)measured_station_ft(measured, t_s));
+    return convert_closed_run(&run, measured_station_ft(measured, t_s));
 }
 
 static struct compare_zone find_simulated_zone(const struct compare_segment_openings *segments,
