@@ -268,7 +268,8 @@ static bool is_sudden_change(const struct mr_bands *bands, const struct mr_band 
     if (!(step_lb >= band->step_lb) ||
         __builtin_fabsf(get_tension_before_lb(bands, gage, 1) -
                         get_tension_before_lb(bands, gage, 3)) > step_lb)
-        /* no step, or one inside a mean, whose effect continues in the next difference */
+        /* There is no step; or the step is within one of the averaged intervals, and the next
+         * difference contains more of it. */
         return false;
     float before_lb = __builtin_fabsf(at4 - get_tension_before_lb(bands, gage, 6)),
           after_lb = __builtin_fabsf(get_tension_before_lb(bands, gage, 0) - at2);

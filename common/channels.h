@@ -87,8 +87,8 @@ float mr_reference_ratio(const struct mr_channel_config *reference, const struct
 struct mr_reading mr_channel_read(const struct mr_channel_config *config,
                                   const struct mr_block *block, unsigned channel, float ratio);
 
-/* Corrects a value of the straight line with the table of points; in inches or pounds. With fewer
- * than two points, returns the value unchanged. */
+/* Corrects the value `straight` (see above), in inches or pounds, with the table of points. With
+ * fewer than two points, returns it unchanged. */
 float mr_channel_linearise(const struct mr_channel_config *config, float straight);
 
 /* True if the channel measures inches or pounds. */

@@ -62,19 +62,20 @@ enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan);
 /* Inputs of the regression, each divided by a scale so that its magnitude is about 1. */
 enum mr_risk_input {
     MR_RISK_CONSTANT,
-    MR_RISK_FUTURE,    /* predicted future zone, limited to 50 mats; scale 50 mats */
-    MR_RISK_KINEMATIC, /* zone from transducers and survey only; scale 50 mats */
+    MR_RISK_FUTURE,    /* predicted future zone, limited to 50 mats; divided by 50 mats */
+    MR_RISK_KINEMATIC, /* zone from transducers and survey only; divided by 50 mats */
     MR_RISK_EXCESS,    /* 0 for a future zone of 40 mats, rising to 1 at 60 */
-    /* hardest future braking if a plan is used, otherwise present braking; scale 6 ft/s2 */
+    /* hardest future braking if a plan is used, otherwise present braking; divided by 6 ft/s2 */
     MR_RISK_BRAKING,
-    /* remaining distance to the stop, with less weight where a long zone is expected; scale 50
+    /* remaining distance to the stop, with less weight where a long zone is expected; divided by 50
      * ft */
     MR_RISK_DISTANCE,
-    MR_RISK_FRICTION, /* configured friction; scale 0.6 */
-    MR_RISK_LANDINGS, /* number of landings, up to six; scale 3 */
-    MR_RISK_OPENING,  /* mean opening of the joints over the remaining distance; scale 0.015 in */
-    MR_RISK_PLANNED,  /* mean of FUTURE and EXCESS, computed for the planned braking */
-    MR_RISK_CHART,    /* logarithm of the chart's odds at the mean deceleration */
+    MR_RISK_FRICTION, /* configured friction; divided by 0.6 */
+    MR_RISK_LANDINGS, /* number of landings, up to six; divided by 3 */
+    /* mean opening of the joints over the remaining distance; divided by 0.015 in */
+    MR_RISK_OPENING,
+    MR_RISK_PLANNED, /* mean of FUTURE and EXCESS, computed for the planned braking */
+    MR_RISK_CHART,   /* logarithm of the chart's odds at the mean deceleration */
     MR_RISK_INPUT_COUNT
 };
 /* Numbers of the sets of weights: a base that depends on which of plan and chart are known, plus

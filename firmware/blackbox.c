@@ -30,8 +30,8 @@ enum {
     SECTOR_DIRTY = 0xfc,
     /* belongs to a record for which `records` has no room; must not be changed */
     SECTOR_FOREIGN = 0xfd,
-    /* erased, or assumed so because its first page was empty at start; a failed write reveals
-     * another page that is not */
+    /* Erased, or assumed to be erased because its first page was blank at start. If another page
+     * is not blank, writing to that page fails. */
     SECTOR_ERASED = 0xff,
 };
 _Static_assert(BLACKBOX_RECORDS_MAX <= SECTOR_BAD,

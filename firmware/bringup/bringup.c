@@ -376,7 +376,7 @@ static void print_noise(void)
 #define DIVISIONS_PER_BLOCK    35u
 #define SPEED_FT_S             33.0f
 #define BRAKING_FT_S2          8.0f /* deceleration, ft/s2 */
-#define START_FT               3.0f /* on the runway from the first round on */
+#define START_FT               3.0f /* station of the wheel in the first round, beyond touchdown */
 
 static void make_predictor_input(const struct mr_predictor_config *started, uint32_t round,
                                  struct mr_predictor_input *input)
@@ -659,7 +659,7 @@ static void print_memory(void)
  * table 14 with RM0090 5.1.3). The best level is the highest one that the board's supply certainly
  * exceeds: a board whose supply is below the set level never starts again.
  *
- *     level  starts at, most   (data sheet, VBOR1 to VBOR3, rising)
+ *     level  maximum of the supply voltage at which the chip starts (VBOR1 to VBOR3, rising)
  *     3      2.97 V            set if the supply is 3.15 V or more
  *     2      2.63 V            set if the supply is 2.80 V or more
  *

@@ -78,7 +78,7 @@ struct hil_can_device {
 enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_frame *frame);
 void hil_can_set_bus(struct hil_can_device *dev, enum hil_can_bus can_bus);
 
-/* Calls for the bus and the event queue; `device` is a struct hil_can_device. */
+/* Functions that bus and event queue call; `device` is a struct hil_can_device. */
 void hil_can_reset(void *device, unsigned unit);
 HIL_DECLARE_BUS_CALLS(can)
 void hil_can_event(void *device, uint64_t at);

@@ -53,7 +53,7 @@ struct hil_dma_device {
     struct hil_dma_client client[2][HIL_DMA_CLIENTS_MAX];
 };
 
-/* Calls for the bus; `device` is a struct hil_dma_device. */
+/* Functions that the bus calls; `device` is a struct hil_dma_device. */
 void hil_dma_reset(void *device, unsigned unit);
 HIL_DECLARE_BUS_CALLS(dma)
 

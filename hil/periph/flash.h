@@ -63,7 +63,7 @@ struct hil_flash_device {
 void hil_flash_create(struct hil_flash_device *dev);
 /* Sets the state after a system reset. */
 void hil_flash_reset(struct hil_flash_device *dev);
-/* Calls for the bus, the event queue and the core (hil_bank_calls); `device` is a struct
+/* Functions that bus, event queue and core (hil_bank_calls) call; `device` is a struct
  * hil_flash_device. */
 
 /* SYSCFG, which selects the memory at address 0; `device` is the struct hil_flash_device. */

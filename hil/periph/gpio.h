@@ -74,7 +74,7 @@ void hil_gpio_add_listener(struct hil_gpio_device *dev, void (*changed)(void *co
 /* Level function of a peripheral whose pin is always high, because its edges are not modelled. */
 bool hil_gpio_is_high_at_rest(const void *context, unsigned channel, bool *drives);
 
-/* Call for the bus; `device` is a struct hil_gpio_device, `unit` a port. */
+/* A function that the bus calls; `device` is a struct hil_gpio_device, `unit` a port. */
 void hil_gpio_reset_port(void *device, unsigned unit);
 enum hil_pin_mode hil_gpio_mode(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
 /* Alternate function number of a pin in alternate mode, -1 in any other. */

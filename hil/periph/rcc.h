@@ -63,7 +63,7 @@ uint32_t hil_rcc_timer_divider(const struct hil_rcc_device *dev, enum hil_rcc_bu
  * the HSI, with the PLL off (RM0090 7.2.7). */
 void hil_rcc_set_crystal(struct hil_rcc_device *dev, bool on);
 
-/* Calls for the bus and the event queue; `device` is a struct hil_rcc_device. */
+/* Functions that bus and event queue call; `device` is a struct hil_rcc_device. */
 HIL_DECLARE_BUS_CALLS(rcc)
 void hil_rcc_hse_event(void *device, uint64_t at);
 void hil_rcc_pll_event(void *device, uint64_t at);
@@ -91,7 +91,7 @@ struct hil_iwdg_device {
 };
 
 void hil_iwdg_reset(struct hil_iwdg_device *dev);
-/* Calls for the bus and the event queue; `device` is a struct hil_iwdg_device. */
+/* Functions that bus and event queue call; `device` is a struct hil_iwdg_device. */
 HIL_DECLARE_BUS_CALLS(iwdg)
 void hil_iwdg_event(void *device, uint64_t at);
 

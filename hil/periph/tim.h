@@ -48,14 +48,14 @@ struct hil_tim_device {
     struct hil_adc_device *adc;
 };
 
-/* Calls for the bus and the event queue; `device` is a struct hil_tim_device. */
+/* Functions that bus and event queue call; `device` is a struct hil_tim_device. */
 void hil_tim_reset(void *device, unsigned unit);
 HIL_DECLARE_BUS_CALLS(tim)
 void hil_tim2_event(void *device, uint64_t at);
 void hil_tim4_event(void *device, uint64_t at);
 
-/* Call for the pins: level of TIM4's output on channel 0..3; *drives is false while the channel is
- * off. */
+/* Function that the pins call: level of TIM4's output on channel 0..3; *drives is false while the
+ * channel is off. */
 bool hil_tim4_output(const void *device, unsigned channel, bool *drives);
 /* Call when TI1 to TI4 of TIM2 (channel 0 to 3) changed to `level`. */
 void hil_tim2_input_edge(void *device, unsigned channel, bool level, uint64_t at);
@@ -81,7 +81,7 @@ struct hil_tim11_device {
     struct hil_tim11 *state;
 };
 
-/* Calls for the bus; `device` is a struct hil_tim11_device, `unit` is not used. */
+/* Functions that the bus calls; `device` is a struct hil_tim11_device, `unit` is not used. */
 void hil_tim11_reset(void *device, unsigned unit);
 HIL_DECLARE_BUS_CALLS(tim11)
 

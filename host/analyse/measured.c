@@ -83,9 +83,10 @@ static bool is_in_gap(const struct measured *measured, double t_s)
     return false;
 }
 
-/* Returns the first switch without an edge that the gear must have passed, according to the fit,
- * during a gap in the record after the last switch with an edge; 0: none. A gap distorts the fit,
- * so switches up to 3 standard errors beyond the stop are included. */
+/* Returns the first switch whose edge may be missing because of a gap in the record; 0: none. Such
+ * a switch is beyond the last switch with an edge, and according to the fit the gear passed it
+ * during a gap. A gap distorts the fit, so switches up to 3 standard errors beyond the stop are
+ * included. */
 static unsigned find_hidden_switch(const struct measured *measured)
 {
     const struct mr_estimate *stop = &measured->summary.stop_station_ft;

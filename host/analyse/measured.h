@@ -127,7 +127,7 @@ struct measured {
     struct track *track; /* the gear's position at any time (track.h); NULL: no summary */
 
     struct measured_channel channel[MR_CHANNELS];
-    int64_t first_edge; /* the board's count of the first received edge; 0: none */
+    int64_t first_edge; /* number that the board gave the first received edge; 0: none */
     /* edges before first_edge are missing; results that need them are not given */
     bool is_start_missing;
     /* is_start_missing is true, and the record begins after arming: the mat may have moved before,

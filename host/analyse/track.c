@@ -202,9 +202,10 @@ static double predict_variance(const struct track *track, const struct track_mod
         for (size_t k = 0; k < size; k++)
             variance -= side[i] * model->inverse[i][k] * side[k];
     }
-    /* The ripple is real motion and exists between gates too. Its speed is that of the fastest
-     * ripple that the gates resolve; one below their error is not seen, so that a speed is known no
-     * better than a mean between two gates. */
+    /* The ripple is real motion, which exists between gates too, so its variance is added. For the
+     * speed, the ripple is assumed to be the fastest one that the gates resolve. The gates do not
+     * show a ripple smaller than their error, so the error of a speed is at least that of the mean
+     * speed between two gates. */
     double ripple = 0.0,
            spacing_s = track->t_s[track->gate_count - 1] / (double)(track->gate_count - 1);
     if (quantity == STATION)
@@ -331,7 +332,7 @@ static struct track_moment compute_moment(const struct track *track, double t_s,
         return coarse;
     }
     if (t_s < track->first_gate.t_s) {
-        /* the brake rises at an unknown time */
+        /* it is not known when the deceleration rises */
         struct track_moment rising = interpolate_cubic(touchdown, &track->first_gate, t_s);
         rising.speed_ft_s.error = hypot(rising.speed_ft_s.error, track->brake_error_ft_s);
         return rising;
@@ -371,8 +372,8 @@ struct mr_estimate track_compute_residual_ft(const struct track *track, size_t g
 {
     double mean = 0.0, variance = 0.0, square = 0.0;
     for (size_t m = 0; m < track->model_count; m++) {
-        /* the prediction from the other gates, from the inverse of the matrix with all (Dubrule
-         * 1983) */
+        /* predict the gate from the other gates, using the inverse of the matrix of all gates
+         * (Dubrule 1983) */
         const struct track_model *model = &track->model[m];
         double value = model->factor_ft[gate] / model->inverse[gate][gate];
         mean += model->weight * value;

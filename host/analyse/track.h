@@ -33,7 +33,7 @@ struct track {
     bool is_known;
     double start_s; /* time from which on the station is known: first edge, or touchdown */
     struct track_moment touchdown, first_gate, last_gate, stop;
-    double brake_error_ft_s; /* standard error of the speed while the brake rises */
+    double brake_error_ft_s; /* standard error of the speed while the deceleration rises */
     /* false: fewer than three gates beyond touchdown; a cubic connects touchdown and stop */
     bool has_gates;
     size_t gate_count;                                  /* number of gates beyond touchdown */

@@ -42,8 +42,8 @@ struct link {
     const char *form; /* form of the LINK for messages: "unix:PATH" */
     enum link_kind kind;
     int fd;
-    char *name;    /* the LINK text with which it was opened, without the base */
-    char *spec;    /* the LINK text with the base */
+    char *name;    /* LINK text given when the link was opened, without the option base= */
+    char *spec;    /* LINK text with the option base= */
     uint16_t base; /* base of its board on CAN */
     struct link_counters counters;
     /* Protects the counters and absence_reason: one thread may diagnose a link while a second

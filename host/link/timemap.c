@@ -109,8 +109,9 @@ static size_t count_strip_pairs(size_t n)
     return 4 + (size_t)sqrt((double)n);
 }
 
-/* Computes the posterior as a mixture: integrates over c = T - D / u for u from 0 to 1, where the
- * density is proportional to u^(m-2) times the width between the tangents (timemap.h). */
+/* Computes the posterior of the line (timemap.h) on a grid of offsets c = T - D / u, u from 0 to 1.
+ * D: height of the strip that holds m pairs; T: its top. The weight of an offset is proportional to
+ * u^(m-2) times the range of slopes, which is the width between the tangents. */
 static void integrate_posterior(struct timemap_fit *fit, const struct point *hull, size_t count,
                                 double touch_us, double strip_us, double m)
 {

@@ -56,8 +56,8 @@ struct chart_series {
     const char *name; /* name in the key; NULL: none */
     unsigned style;   /* index of colour, dash pattern and mark */
     /* "line", "marked" (a line with a few marks), "marks" (one at each point), "points", "dots",
-     * "whiskers" (marks with their interval), "apart" (whiskers, shifted so that different looks do
-     * not overlap), "sim", "faint". */
+     * "whiskers" (marks with their interval), "apart" (whiskers, shifted so that different styles
+     * do not overlap), "sim", "faint". */
     const char *kind;
     const double *x, *y;      /* coordinates; x must rise or fall throughout; NaN: a gap */
     const double *half_width; /* half width of the interval or band at each point; NULL: none */

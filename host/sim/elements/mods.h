@@ -20,7 +20,7 @@
 
 struct sim_result;
 
-/* Where an engine's arrays have mats and joints: the displacement of mat n is u[n * stride +
+/* Layout of the arrays of an engine: the displacement of mat n is u[n * stride +
  * offset], its speed v has the same index, and the tension of joint j is tension[j -
  * joint_offset]. */
 struct mods_view {

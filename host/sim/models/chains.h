@@ -1,8 +1,9 @@
 /* Chains computed together: eight members of an ensemble of runways, one per lane of vector
- * instructions. Each is the chain of common/matchain.h at group 1, with separate parameters, joints
- * and wheel. Results are identical to that chain bit for bit, because each lane performs the same
- * operations in the same order, and a lane whose bay (group of mats) is at rest is not changed.
- * Only number and length of the mats and the time step are common to the eight chains.
+ * instructions. Each is the chain of common/matchain.h with one mat per group; parameters,
+ * joints and wheel are its own. Results are identical to that chain bit for bit, because each lane
+ * performs the same operations in the same order, and a lane whose bay (group of mats) is at rest
+ * is not changed. Only number and length of the mats and the time step are common to the eight
+ * chains.
  *
  * Units are feet, pounds and seconds. chains_new allocates, chains_free releases. */
 #ifndef MATRIG_HOST_SIM_MODELS_CHAINS_H

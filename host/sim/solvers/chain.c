@@ -509,7 +509,7 @@ struct pass {
     uint64_t events;
     uint64_t awake_mat_steps;
     int awake_mats_max;
-    int pass_number; /* number of the pass, for may_continue */
+    int pass_number; /* number of the pass, an argument of may_continue */
     bool is_interrupted;
     bool is_failed;
     int mat; /* mat at which the pass failed */

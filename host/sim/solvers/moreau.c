@@ -8,8 +8,7 @@
  *
  * The forces of springs are those in the middle of the step, which conserves energy. Dampers and
  * switching laws use the speeds at its end. Newton's method finds v1, with one banded factorisation
- * per iteration. The switches are solved in the same iterations:¶ The switches are solved in the
- * same rounds:
+ * per iteration. The switches are solved in the same iterations:
  *   - Friction. On a sliding mat the Coulomb limit C acts against its motion. A mat whose
  *     speed would change sign has v1 = 0 and a force of at most C. Mats change between these two
  *     modes until all fit (pivoting).

@@ -13,7 +13,7 @@ struct pass_request {
     double rtol; /* tolerance, for a stepper that chooses its step */
     double dt_s; /* step, for a stepper with a fixed step */
     uint64_t max_steps;
-    int pass_number; /* number of the pass, for options->may_continue */
+    int pass_number; /* number of the pass, an argument of options->may_continue */
     /* For a stepper that halves and doubles its step: first step divided by the usual first step
      * (0: the usual one). With an unusual ratio, the steps of two runs do not end at the same
      * times. For a stepper with a fixed step: largest step divided by the duration of a span (0: no

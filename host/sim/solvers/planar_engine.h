@@ -94,7 +94,7 @@ struct march {
     int awake_mats_max;
     struct sim_record record;
     struct mods_state *mods; /* state of the modifications at the end of the march; NULL: none */
-    int pass_number;         /* number of the march, for may_continue */
+    int pass_number;         /* number of the march, an argument of may_continue */
 };
 
 /* Runs a march over the whole landing with march->steps steps. march->record must be made

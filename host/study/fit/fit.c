@@ -558,7 +558,7 @@ static void solve_covariance(size_t parameters, parameter_matrix information,
 /* ---- fit ---- */
 
 #define DEFAULT_DRAWS      300u
-#define DEFAULT_REPLICAS   99u /* with the measured data set, 100 data sets */
+#define DEFAULT_REPLICAS   99u /* 100 data sets together with the measured one */
 /* Standard deviation of the next ensemble's parameters, in standard errors of the estimate. */
 #define ENSEMBLE_WIDTH     1.3
 /* The search ends when the estimate is within this distance of the middle of its ensemble. Unit:

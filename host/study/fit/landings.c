@@ -181,7 +181,7 @@ static bool parallel_run(const struct sim_scene *scene, const double *station_ft
 #define IN_PER_FT       12.0
 #define SAMPLE_DT_S     0.002
 #define GAP_BISECTIONS  40
-#define PAIRS_PER_JOINT 6 /* draws; the start values then have 0.5 % influence */
+#define PAIRS_PER_JOINT 6 /* number of draws; the start values then have an influence of 0.5 % */
 
 /* Upper limit m of the gaps, given their mean. Gaps are uniform from 0 to 2 m, limited to the slack
  * s; if 2 m > s, their mean is s - s^2/(4 m). INFINITY: all joints are open by their slack. */
@@ -834,8 +834,9 @@ enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int
     return MR_OK;
 }
 
-#define SURVEY_RELATIVE_ERROR 0.03 /* common to all sums: gauge, joints taken as closed */
-#define UNLIMITED_SAMPLES     1e9
+#define SURVEY_RELATIVE_ERROR \
+    0.03 /* same for all sums: error of the gauge and of the closed length */
+#define UNLIMITED_SAMPLES 1e9
 
 /* Returns the relative error of a movement that averaging over samples does not reduce. */
 static double gain_error(const struct measured *measured, const struct measured_channel *channel,
@@ -947,7 +948,8 @@ static enum mr_status load_landing(struct store *store, const struct measured *m
         return status;
     }
     for (size_t i = 0; i < landing->scene.path_count; i++)
-        landing->scene.path[i].force_lb *= COMPARE_RIG_STRIPS; /* now of the aircraft */
+        landing->scene.path[i].force_lb *=
+            COMPARE_RIG_STRIPS; /* thrust of the aircraft, not of a strip */
     double roll_ft = summary->stop_station_ft.value - measured->landing.touchdown_ft;
     /* an error of the energy v0^2/2 is an error of the thrust over the stopping distance */
     landing->thrust_error = roll_ft > 0.0 ? summary->stop_station_ft.error / roll_ft : 0.0;
