@@ -834,9 +834,8 @@ enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int
     return MR_OK;
 }
 
-#define SURVEY_RELATIVE_ERROR \
-    0.03 /* same for all sums: error of the gauge and of the closed length */
-#define UNLIMITED_SAMPLES 1e9
+#define SURVEY_RELATIVE_ERROR 0.03 /* same for all sums: gauge, length of closed joints */
+#define UNLIMITED_SAMPLES     1e9
 
 /* Returns the relative error of a movement that averaging over samples does not reduce. */
 static double gain_error(const struct measured *measured, const struct measured_channel *channel,
@@ -948,8 +947,7 @@ static enum mr_status load_landing(struct store *store, const struct measured *m
         return status;
     }
     for (size_t i = 0; i < landing->scene.path_count; i++)
-        landing->scene.path[i].force_lb *=
-            COMPARE_RIG_STRIPS; /* thrust of the aircraft, not of a strip */
+        landing->scene.path[i].force_lb *= COMPARE_RIG_STRIPS; /* from strip to aircraft */
     double roll_ft = summary->stop_station_ft.value - measured->landing.touchdown_ft;
     /* an error of the energy v0^2/2 is an error of the thrust over the stopping distance */
     landing->thrust_error = roll_ft > 0.0 ? summary->stop_station_ft.error / roll_ft : 0.0;
