@@ -85,9 +85,9 @@ uint64_t hil_cell_operation_ps(enum hil_cell_times times, uint32_t typical_us, u
     return (uint64_t)((typical_us + (maximum_us - typical_us) * u) * 1e6);
 }
 
-/* Returns 64 independent bits, each 1 with probability permille / 1000. Goes through the ten binary
- * digits of the probability from the lowest up: for a digit 1 combines with a random word by OR,
- * for a digit 0 by AND. */
+/* Returns 64 independent bits, each 1 with probability permille / 1000. For each of the ten binary
+ * digits of the probability, beginning with the lowest, the result so far is combined with a random
+ * word: by OR if the digit is 1, by AND if it is 0. */
 static uint64_t draw_biased_bits(unsigned permille, uint64_t *random)
 {
     unsigned p = permille * 1024u / 1000u;

@@ -70,7 +70,7 @@ struct timemap_fit {
      * TIMEMAP_OTHER_RATE, rate_ppm. */
     enum timemap_refusal refusal;
     size_t pair_count;
-    double from_us, to_us;         /* board time of the first and the last pair */
+    double from_us, to_us;         /* board time of the first and the last time pair */
     double spread_us;              /* median delay minus the smallest delay */
     struct timemap_value rate_ppm; /* how much faster the board's clock runs than this computer's */
 

@@ -607,7 +607,7 @@ static void show_message(struct live_hub *hub, const struct collector_event *eve
     }
     add_to_next_event(hub, text);
     bool warns = m->index == MR_INDEX_ZONE_LEAD && m->as.zone_lead.warning;
-    /* also store the zone at the beginning of the warning, which arrived before its lead time */
+    /* A warning begins: also store its zone. The message with the zone arrived before this one. */
     if (warns && !hub->is_warning) {
         const struct message_slot *zone = find_slot(hub,
                                                     make_slot_key(MR_INDEX_ZONE, event->link, 0));

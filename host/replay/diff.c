@@ -289,7 +289,7 @@ static bool has_own_block(const struct mr_message_info *info)
 struct message_iterator {
     const struct board_message *current, *end;
     int64_t shift;
-    int64_t first_block; /* block in which the board was armed, in the block count of this list */
+    int64_t first_block; /* block in which the board was armed, counted as in this list */
 };
 
 static void begin_iterators(const struct comparison *c, int link, struct message_iterator *old,

@@ -20,7 +20,7 @@ struct difference {
     int link;
     const char *message;
     const char *field; /* name of the field; "": the whole message */
-    int64_t block;     /* block in the block count of the record */
+    int64_t block;     /* block, counted as in the record */
     double recorded, replayed;
 };
 

@@ -79,7 +79,7 @@ struct sim_result {
     int mat;            /* mat at which the run failed, if not SIM_OK */
     double t_s;         /* time of the failure, if the run failed */
     const char *reason; /* reason why a solver made no progress, static text; NULL: none */
-    int pass_count;     /* number of passes begun, counted as for may_continue */
+    int pass_count;     /* number of the passes that were begun */
     const char *solver; /* name of the solver, static text */
     int mats;
     /* start of the run (sim_scene_start_s), as a time in the scene; all times of the result are
