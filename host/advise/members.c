@@ -934,8 +934,7 @@ double advise_find_stop_short_ft_s2(const struct advise_row *row, size_t rows, d
     return first > 0 && first < rows ? row[first].mean_braking_ft_s2 : (double)NAN;
 }
 
-/* Selects the probability of a zone or an end of its interval. In descending order of
- * probability. */
+/* Selects the probability of a zone or an end of its interval. The highest probability is first. */
 enum risk_level { RISK_INTERVAL_HIGH, RISK_ESTIMATE, RISK_INTERVAL_LOW, RISK_LEVELS };
 
 static double get_row_risk(const struct advise_row *row, enum risk_level of)
