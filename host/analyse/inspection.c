@@ -541,14 +541,14 @@ static int compare_rows(const void *a, const void *b)
 }
 
 void inspection_add_table(const struct inspections *all, const struct inspection_kind *kind,
-                          int64_t run, struct answer *answer)
+                          int64_t run, size_t from, struct answer *answer)
 {
     const struct inspection **rows = xcalloc(all->count + 1, sizeof(struct inspection *));
     size_t count = 0, verdicts[INSPECTION_FAIL + 1] = {0};
     bool used[INSPECTION_FIELDS_MAX] = {false};
     for (EACH(entry, all)) {
-        if (entry->kind != kind || !entry->values || (run && entry->row.run != run) ||
-            (entry->replaced_by && !withdrawal_reason(entry)))
+        if (entry < all->entry + from || entry->kind != kind || !entry->values ||
+            (run && entry->row.run != run) || (entry->replaced_by && !withdrawal_reason(entry)))
             continue;
         rows[count++] = entry;
         verdicts[inspection_judge(entry)] += !entry->replaced_by;
@@ -585,44 +585,15 @@ void inspection_add_table(const struct inspections *all, const struct inspection
         answer_sentence(answer, NULL, "%zu pass, %zu fail, %zu within the error of a limit.",
                         verdicts[INSPECTION_PASS], verdicts[INSPECTION_FAIL],
                         verdicts[INSPECTION_MARGINAL]);
-    free(rows);
-}
-
-/* Adds a sentence about the records, from number `from` on, that do not pass the limit of this
- * field. */
-static void add_failures(const struct inspections *all, size_t from,
-                         const struct inspection_kind *kind, const struct inspection_field *field,
-                         struct answer *answer)
-{
-    const bool si = answer_is_si(answer);
-    char is[INSPECTION_TEXT_SIZE], label[80], place[UNIT_TEXT_SIZE], *list;
-    size_t length;
-    FILE *out = xopen_memstream(&list, &length);
-    format_label(field, si, label);
-    for (size_t i = from; i < all->count; i++) {
-        const struct inspection *entry = &all->entry[i];
-        enum inspection_verdict verdict = judge_field(field, entry->values);
-        if (entry->kind != kind || verdict <= INSPECTION_PASS)
-            continue;
-        format_shown(field, entry->values, si, is);
-        if (kind->place == INSPECTION_STATION)
-            unit_value_text(UNIT_STATION, si, entry->row.place, 1, place);
-        else
-            snprintf(place, sizeof place, "%s %g", inspection_place(kind)->name, entry->row.place);
-        fprintf(out, "%s%s %s %s", ftell(out) > 0 ? ", " : "", place, is,
-                inspection_verdict_text(verdict));
+    for (const struct inspection_field *field = kind->field; field->name; field++) {
+        size_t beyond = 0;
+        for (size_t i = 0; i < count; i++)
+            beyond += !rows[i]->replaced_by &&
+                      judge_field(field, rows[i]->values) > INSPECTION_PASS;
+        if (beyond)
+            answer_sentence(answer, NULL, "Limit of %s: %s.", field->words, field->limit);
     }
-    fclose(out);
-    if (length)
-        answer_sentence(answer, NULL, "%s: %s. Limit: %s.", label, list, field->limit);
-    free(list);
-}
-
-void inspection_add_failures(const struct inspections *all, size_t from, struct answer *answer)
-{
-    for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++)
-        for (const struct inspection_field *field = kind->field; field->name; field++)
-            add_failures(all, from, kind, field, answer);
+    free(rows);
 }
 
 void inspection_add_json(const struct inspections *all, const struct inspection_kind *kind,

@@ -98,8 +98,8 @@ enum mr_status inspection_read_number(const struct inspection_field *field, cons
                                       struct estimate *number, struct error *error);
 /* Reads FIELD=VALUE into `values`; "FIELD=" sets null. Marks, also as the value of the height that
  * they give, are "DISTANCE: X,Y X,Y X,Y [ERROR]": those of rig_measure_height in pixels (default
- * ERROR: 1). A digest must be that of the picture that was read before. Fails with MR_UNKNOWN, MR_USAGE (also if the field was read before), or MR_IO if a picture cannot
- * be read. */
+ * ERROR: 1). A digest must be that of the picture that was read before. Fails with MR_UNKNOWN,
+ * MR_USAGE (also if the field was read before), or MR_IO if a picture cannot be read. */
 enum mr_status inspection_read(const struct inspection_kind *kind, const char *word, json_t *values,
                                struct error *error);
 /* Adds a field of `from` with its error, if `values` has neither value nor null. False: it has, or
@@ -131,13 +131,10 @@ enum inspection_verdict {
 enum inspection_verdict inspection_judge(const struct inspection *entry);
 const char *inspection_verdict_text(enum inspection_verdict verdict);
 
-/* Adds a table of the records of a kind, with counts if the kind has limits. The worst records are
- * first, withdrawn ones last. `run` 0: all landings. */
+/* Adds a table of the records of a kind from index `from` on, with counts and the limits that they
+ * do not pass. The worst records are first, withdrawn ones last. `run` 0: all landings. */
 void inspection_add_table(const struct inspections *all, const struct inspection_kind *kind,
-                          int64_t run, struct answer *answer);
-/* Adds a sentence for each limit that records from number `from` on do not pass, with their
- * values. */
-void inspection_add_failures(const struct inspections *all, size_t from, struct answer *answer);
+                          int64_t run, size_t from, struct answer *answer);
 /* Adds all records with their history to the JSON. `kind` NULL: all kinds. */
 void inspection_add_json(const struct inspections *all, const struct inspection_kind *kind,
                          int64_t run, struct answer *answer);

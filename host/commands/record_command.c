@@ -307,47 +307,45 @@ static void show_records(const struct cli *cli, const struct request *r,
     inspection_add_json(all, r->kind, run, answer);
     for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++)
         if (!r->kind || r->kind == kind)
-            inspection_add_table(all, kind, run, answer);
+            inspection_add_table(all, kind, run, 0, answer);
 }
 
 /* Names later records with the old value of a corrected field, which they may have kept. */
 static void show_uncorrected(const struct inspections *all, struct answer *answer)
 {
     const struct inspection *now = &all->entry[all->count - 1];
-    for (const struct inspection_field *field = now->kind->field; field->name; field++) {
-        const json_t *old = json_object_get(now->corrected->values, field->name);
-        char was[INSPECTION_TEXT_SIZE], *list;
-        size_t length;
-        FILE *out = xopen_memstream(&list, &length);
-        inspection_format(field, now->corrected->values, was);
-        for (size_t i = 0; i < all->count; i++) {
-            const struct inspection *entry = &all->entry[i];
-            bool is_later = entry->row.run > now->row.run ||
-                            (entry->row.run == now->row.run && entry->origin > now->origin);
-            if (field->from_last && is_later && inspection_is_valid(entry, now->kind, 0) && old &&
-                json_equal(json_object_get(entry->values, field->name), old) &&
+    char *list;
+    size_t length;
+    FILE *out = xopen_memstream(&list, &length);
+    for (const struct inspection *entry = all->entry; entry < now; entry++) {
+        bool is_later = entry->row.run > now->row.run ||
+                        (entry->row.run == now->row.run && entry->origin > now->origin);
+        const struct inspection_field *field = now->kind->field;
+        for (; is_later && inspection_is_valid(entry, now->kind, 0) && field->name; field++) {
+            const json_t *old = json_object_get(now->corrected->values, field->name);
+            if (field->from_last && json_equal(json_object_get(entry->values, field->name), old) &&
                 !json_equal(json_object_get(now->values, field->name), old))
-                fprintf(out, " %lld", (long long)entry->row.id);
+                fprintf(out, "%s %s in record %lld", ftell(out) ? "," : "", field->name,
+                        (long long)entry->row.id);
         }
-        fclose(out);
-        if (length)
-            answer_sentence(
-                answer, NULL,
-                "%s: the value before this correction, %s, is still in later records:%s",
-                field->name, was, list);
-        free(list);
     }
+    fclose(out);
+    if (length)
+        answer_sentence(answer, NULL, "Later records still have the old value:%s.", list);
+    free(list);
 }
 
 static void show_added(const struct inspections *all, size_t before, struct answer *answer)
 {
+    const struct inspection *last = &all->entry[all->count - 1];
     enum inspection_verdict worst = INSPECTION_NO_LIMIT;
     for (size_t i = before; i < all->count; i++)
         if (inspection_judge(&all->entry[i]) > worst)
             worst = inspection_judge(&all->entry[i]);
-    inspection_add_failures(all, before, answer);
+    if (worst > INSPECTION_PASS)
+        inspection_add_table(all, last->kind, 0, before, answer);
     answer_count(answer, "added", "records added", (int64_t)(all->count - before));
-    answer_count(answer, "record", "record", all->entry[all->count - 1].row.id);
+    answer_count(answer, "record", "record", last->row.id);
     if (worst != INSPECTION_NO_LIMIT)
         answer_words(answer, "result", all->count - before > 1 ? "worst result" : "result", "%s",
                      inspection_verdict_text(worst));

@@ -78,7 +78,7 @@ static void write_tables(const struct report *report, int64_t run, FILE *out)
     struct answer *answer = answer_new(report->si);
     for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++)
         if ((kind->place == INSPECTION_LANDING) == (run > 0))
-            inspection_add_table(all, kind, run, answer);
+            inspection_add_table(all, kind, run, 0, answer);
     if (all->count && run > 1)
         inspection_add_differences(report->store, all, true, run - 1, run, answer, report->error);
     report_write_answer(answer, out);
@@ -100,27 +100,23 @@ static void write_pictures(const struct report *report, int64_t run, FILE *out)
         char *path = inspection_find_picture(entry, &error);
         FILE *file = path ? fopen(path, "rb") : NULL;
         const size_t count = file ? fread(bytes, 1, sizeof bytes, file) : 0;
-        const char *type = count < 4                             ? NULL
-                         : memcmp(bytes, "\xff\xd8\xff", 3) == 0 ? "jpeg"
-                         : memcmp(bytes, "\x89PNG", 4) == 0      ? "png"
-                                                                 : NULL;
         if (count == sizeof bytes && fseek(file, 0, SEEK_END) == 0)
             error_set(&error, MR_LIMIT, "%s has %.1f MB, and the limit is %d MB", name,
                       1e-6 * (double)ftell(file), PICTURE_MB_MAX);
-        else if (error.status == MR_OK && !type)
-            error_set(&error, MR_LIMIT, "%s is neither JPEG nor PNG", name);
-        fputs("<figure>", out);
-        if (error.status == MR_OK) {
-            fprintf(out, "<img style=\"max-width:100%%\" src=\"data:image/%s;base64,", type);
-            html_write_base64(out, bytes, count);
-            fputs("\">", out);
-        }
-        fprintf(out, "<figcaption>Record %lld: ", (long long)entry->row.id);
+        fprintf(out, "<figure><figcaption>Record %lld: ", (long long)entry->row.id);
         html_write_text(out, shows ? shows : name);
-        fputs(error.status == MR_OK ? "" : " (not shown: ", out);
-        html_write_text(out, error.text);
-        fputs(error.status == MR_OK ? "</figcaption></figure>\n" : ")</figcaption></figure>\n",
-              out);
+        if (error.status != MR_OK) {
+            fputs(" (not shown: ", out);
+            html_write_text(out, error.text);
+            fputs(")</figcaption></figure>\n", out);
+        } else {
+            fprintf(out,
+                    "</figcaption><img alt=\"\" style=\"max-width:100%%\" "
+                    "src=\"data:image/%s;base64,",
+                    bytes[0] == 0x89 ? "png" : "jpeg");
+            html_write_base64(out, bytes, count);
+            fputs("\"></figure>\n", out);
+        }
         if (file)
             fclose(file);
         free(path);
