@@ -91,7 +91,7 @@ static void add_motion(const struct measured *measured, struct answer *answer)
                        stop = fitted ? fit->stop_station_ft : none;
     answer_estimate(answer, "touchdown_speed", "touchdown", UNIT_SPEED, speed.value, speed.error, 3)
         ->digits = 9;
-    answer_estimate(answer, "stop_station", "stop", UNIT_STATION, stop.value, stop.error, 2)
+    answer_estimate(answer, "stop_station", "stop", UNIT_STATION, stop.value, stop.error, 3)
         ->digits = 9;
 }
 

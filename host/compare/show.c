@@ -30,7 +30,7 @@ static void add_channel(const struct compare_channel *c, struct answer *answer)
 {
     const struct signal_figures *f = &c->figures;
     answer_open_row(answer);
-    answer_count(answer, "number", "no", c->number);
+    answer_count(answer, "number", "transducer", c->number);
     answer_flag(answer, "compared", NULL, c->is_compared);
     answer_value(answer, "station", "at", UNIT_STATION, c->station_ft, 1);
     answer_value(answer, "valid", "valid|share", UNIT_NUMBER, c->valid_share, 3);

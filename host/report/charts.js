@@ -312,7 +312,7 @@ const matrigCharts = (() => {
       line.append(k ? ' and ' : 'Compare ');
       const choice = make(line, 'select');
       choice.setAttribute('aria-label', k ? 'second landing' : 'first landing');
-      landings.forEach((l, i) => choice.add(new Option(l.querySelector('h2').textContent, i, i === at, i === at)));
+      landings.forEach((l, i) => choice.add(new Option(l.querySelector('h2').textContent.split(',')[0], i, i === at, i === at)));
       choice.addEventListener('change', () => { write(); changed(); });
       return choice;
     });

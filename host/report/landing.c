@@ -30,14 +30,8 @@ static bool has_motion_fit(const struct report_landing *landing)
 static void write_facts(const struct report *report, const struct report_landing *landing,
                         FILE *out)
 {
-    const struct store_session_row *session = &landing->summary.session;
     struct answer *answer = answer_new(report->si);
     summary_add_facts(&landing->summary, answer);
-    answer_words(answer, NULL, "links", "CAN %s, serial %s",
-                 session->can_link[0] ? session->can_link : "not used",
-                 session->serial_link[0] ? session->serial_link : "not used");
-    answer_words(answer, NULL, "survey", "%zu of %u segments", landing->survey.surveyed_segments,
-                 MR_SEGMENTS);
     if (landing->summary.measured.source != MEASURED_IMPORT)
         answer_words(answer, NULL, "sample rate and filter",
                      "1 kHz; a sample is the mean of 8 conversions at 8 kHz (-3 dB at 443 Hz). %s "
@@ -77,14 +71,13 @@ static void draw_board_estimates(struct figure *figure, const struct report_land
         t_s[count] = measured_block_time_s(&landing->summary.measured, motion->block);
         if (t_s[count] < -CHART_TIME_BEFORE_TOUCHDOWN_S || !(v >= 0.0) || v > most)
             continue;
-        half[count] = speed && isfinite(motion->speed_error_ft_s)
-                        ? SUMMARY_HALF_WIDTH_95 * motion->speed_error_ft_s
-                        : 0.0;
+        double error = speed ? motion->speed_error_ft_s : motion->deceleration_error_ft_s2;
+        half[count] = isfinite(error) ? SUMMARY_HALF_WIDTH_95 * error : 0.0;
         value[count++] = v;
     }
     figure_add_series(figure, &(struct chart_series){"board, during the landing", 2,
-                                                     speed ? "whiskers" : "points", t_s, value,
-                                                     speed ? half : NULL, count});
+                                                     speed ? "whiskers" : "apart", t_s, value, half,
+                                                     count});
     free(t_s);
 }
 

@@ -307,8 +307,9 @@ static void put_movement_fact(const struct report *report, FILE *out)
         run = report->facts[i].landing.id;
     }
     if (largest) {
-        fprintf(out, "%.*f &plusmn; %.*f %s at %s", decimals, length->factor * largest->peak_in,
-                decimals, length->factor * largest->peak_error_in, length->text,
+        fprintf(out, "%.*f &plusmn; %.*f&nbsp;%s at&nbsp;%s", decimals,
+                length->factor * largest->peak_in, decimals,
+                length->factor * largest->peak_error_in, length->text,
                 unit_value_text(UNIT_STATION, report->si, largest->station_ft, 0, text));
         if (!report->run)
             fprintf(out, ", RUN %lld", (long long)run);
@@ -330,9 +331,9 @@ static void put_zone(const struct report_zone *zone, bool si, FILE *out)
     for (int i = 0; i < 2; i++) {
         fprintf(out, "%s%.1f", i ? " to " : "", station->factor * end_ft[i]);
         if (isfinite(error_ft[i]))
-            fprintf(out, " &plusmn; %.1f", station->factor * error_ft[i]);
+            fprintf(out, "&nbsp;&plusmn;&nbsp;%.1f", station->factor * error_ft[i]);
     }
-    fprintf(out, " %s", station->text);
+    fprintf(out, "&nbsp;%s", station->text);
 }
 
 static void put_zones_fact(const struct report *report, bool *of, FILE *out)
@@ -676,10 +677,11 @@ static void add_calibrations(const struct report_landing *landing, struct answer
         if (landing->config)
             add_sensor_facts(&landing->config->channel[i],
                              measured->landing.armed_us / 1000000 / SECONDS_PER_DAY, answer);
-        answer_words(answer, NULL, "in or lb per code", "%.9g", (double)channel->unit_per_code);
-        answer_value(answer, NULL, "gain error, %", UNIT_NUMBER,
+        answer_words(answer, NULL, "scale (in or lb per code)", "%.9g",
+                     (double)channel->unit_per_code);
+        answer_value(answer, NULL, "gain error (%)", UNIT_NUMBER,
                      100.0 * (double)channel->gain_error, 3);
-        answer_value(answer, NULL, "error of the zero, in or lb", UNIT_NUMBER,
+        answer_value(answer, NULL, "zero error (in or lb)", UNIT_NUMBER,
                      (double)channel->zero_error, 4);
     }
     answer_close_group(answer);
@@ -789,10 +791,13 @@ static void write_sections(const struct report *report, FILE *contents, FILE *bo
         }
         free(text);
     }
-    for (size_t i = 0; i < report->landings; i++)
-        fprintf(contents, "<li><a href=\"#run%lld\">RUN %lld: landing %lld</a></li>\n",
+    for (size_t i = 0; i < report->landings; i++) {
+        enum record_verdict verdict = report->facts[i].warning_record.verdict;
+        fprintf(contents, "<li><a href=\"#run%lld\">RUN %lld: landing %lld%s%s</a></li>\n",
                 (long long)report->row[i].id, (long long)report->row[i].id,
-                (long long)report->row[i].board_landing);
+                (long long)report->row[i].board_landing, verdict == RECORD_NOT_KNOWN ? "" : ", ",
+                verdict == RECORD_NOT_KNOWN ? "" : record_verdict_text(verdict));
+    }
 }
 
 /* Writes the front page, the part of <main> before the landings. The caller frees the text. */

@@ -75,7 +75,7 @@ for term, key in (("touchdown speed", "touchdown_speed"), ("mean deceleration", 
     value, error = (float(v) for v in re.match(r"([0-9.]+) ± ([0-9.]+) m", html.unescape(two[term])).groups())
     assert abs(value - 0.3048 * show[key + unit]) < 0.06 and abs(error - 0.3048 * show[key + "_error" + unit]) < 0.06, (term, value, error)
 peaks = [(abs(c["peak_in"]), c["station_ft"]) for c in show["displacements"]]
-assert re.match(r"%.3f ± 0\.\d+ in at %.0f ft" % max(peaks), said["largest movement"]), (said["largest movement"], max(peaks))
+assert re.match(r"%.3f ± 0\.\d+\sin at\s%.0f ft" % max(peaks), said["largest movement"]), (said["largest movement"], max(peaks))
 assert "in 3 of 3 landings" in said["zone warned of"] and "%d mats" % db.execute("select max(mats) from zones where landing = 1 and warning = 1").fetchone() in said["zone warned of"]
 assert re.search(r"a wave was seen: +RUN +2 *($|[a-z])", said["what went wrong"]) and "wave" in two["what went wrong"] and "wave" not in unsaid["what went wrong"]
 EOP

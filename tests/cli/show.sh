@@ -97,8 +97,8 @@ a_row() {
     $matrig --quiet landing "$tmp/can.db" --series bare --pattern standard >/dev/null 2>&1
     $matrig --quiet landing "$db" 1 --note "$long" >/dev/null && show "$db" >"$tmp/out" || return 1
     cat "$tmp/out"
-    [ "${end%.*}" -gt 100 ] && grep -Eq "^ +1  .*5, done, emulated +35\.489 \+- 0\.007 +90\.83 \+- 0\.70  $start to $end" "$tmp/out" && grep -q 'word wo\.\.\.; 2 notes; 1 seen$' "$tmp/out" &&
-        $matrig --si show "$db" | grep -Eq "5, done, emulated +10\.8170 \+- 0\.0022 +27\.685 \+- 0\.214  $zone_m"
+    [ "${end%.*}" -gt 100 ] && grep -Eq "^ +1  .*5, done, emulated +35\.489 \+- 0\.007 +90\.830 \+- 0\.702  $start to $end" "$tmp/out" && grep -q 'word wo\.\.\.; 2 notes; 1 seen$' "$tmp/out" &&
+        $matrig --si show "$db" | grep -Eq "5, done, emulated +10\.8170 \+- 0\.0022 +27\.68[0-9]{2} \+- 0\.21[0-9]{2}  $zone_m"
 }
 check "speed, stop, warning, losses and notes in a row" a_row
 voided() { cp "$db" "$tmp/void.db" && $matrig --quiet landing "$tmp/void.db" 1 --void --reason "a trial" >/dev/null && show "$tmp/void.db" | grep -q '5, done, VOID' && show "$tmp/void.db" 1 | grep -q 'the landing is void'; }
