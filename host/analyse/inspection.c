@@ -472,6 +472,7 @@ static void format_shown(const struct inspection_field *field, const json_t *val
 {
     const bool celsius = si && is_temperature(field);
     const struct estimate n = inspection_number(values, field->name);
+    const char *digest = json_string_value(json_object_get(values, "file_sha256"));
     char value[40], error[40];
     double factor = celsius ? 1.0 / 1.8
                   : si      ? quantity_convert(1.0, quantity_unit_of_name(field->name),
@@ -482,9 +483,8 @@ static void format_shown(const struct inspection_field *field, const json_t *val
     format_number(factor * n.error, 2, error);
     if (!isnan(n.value))
         snprintf(out, INSPECTION_TEXT_SIZE, n.error > 0.0 ? "%s +- %s" : "%s", value, error);
-    else if (field->type == INSPECTION_PICTURE && out[0])
-        snprintf(strchr(out, '\0'), 40, " (SHA-256 %.12s...)",
-                 json_string_value(json_object_get(values, field[1].name)));
+    else if (field->type == INSPECTION_PICTURE && digest)
+        snprintf(strchr(out, '\0'), 40, " (SHA-256 %.12s...)", digest);
     else if (field->type >= INSPECTION_DIGEST)
         out[0] = '\0';
 }

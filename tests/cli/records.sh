@@ -134,9 +134,10 @@ pictures_in_the_report() { # shown if they are unchanged and not too large
     printf '\xff\xd8\xff picture' >"$tmp/small.jpg" && head -c 2000001 /dev/zero | sed '1s/^/\x89PNG/' >"$tmp/large.png" && printf '\xff\xd8\xff old' >"$tmp/gone.jpg"
     for file in small.jpg large.png gone.jpg; do $matrig --quiet record "$tmp/p2.db" picture 1 file="$tmp/$file" shows="<$file>" >/dev/null || return 1; done
     rm "$tmp/gone.jpg"
+    sqlite3 "$tmp/p2.db" "insert into records (made_us, kind, landing, fields) values (1, 'picture', 1, '{\"file\": \"nothing.jpg\"}')" && $matrig record "$tmp/p2.db" picture | grep ' nothing.jpg' || return 1
     $matrig --quiet report "$tmp/p2.db" -o "$tmp/p2.html" >/dev/null && grep -o '<figure><figcaption>Record.*' "$tmp/p2.html" | cut -c 1-400 >"$tmp/said"
     cat "$tmp/said"
-    [ "$(wc -l <"$tmp/said")" = 3 ] && grep -F "Record 1: &lt;small.jpg&gt;</figcaption><img " "$tmp/said" | grep -F "src=\"data:image/jpeg;base64,$(base64 -w0 "$tmp/small.jpg")\">" &&
+    [ "$(wc -l <"$tmp/said")" = 4 ] && grep -F "Record 1: &lt;small.jpg&gt;</figcaption><img " "$tmp/said" | grep -F "src=\"data:image/jpeg;base64,$(base64 -w0 "$tmp/small.jpg")\">" &&
         grep -F 'large.png&gt; (not shown: ' "$tmp/said" | grep 'has 2.0 MB, and the limit is 2 MB)' && grep 'not shown: the picture has changed: ' "$tmp/said"
 }
 pictures() { # the digest is the file's
