@@ -84,7 +84,7 @@ static void write_tables(const struct report *report, int64_t run, FILE *out)
     report_write_answer(answer, out);
 }
 
-/* Shows the pictures of a landing. Larger files would make the page slow, so they are only named. */
+/* Shows the pictures of a landing. Large files would make the page slow; they are named. */
 #define PICTURE_MB_MAX 2
 
 static void write_pictures(const struct report *report, int64_t run, FILE *out)
