@@ -67,7 +67,7 @@ void deadline_begin(struct deadline *w, const struct sim_options *asked, double 
  * Their stiffnesses differ by the factor STIFFNESS_NUDGE, which is less than the accuracy of any
  * known stiffness. The result is SIM_UNPREDICTABLE. Its t_s and mat are the time and the mat of the
  * first difference between any two runs that exceeds a fifth of the largest movement or lift. Its
- * error estimates are the largest difference between any run and the reported run. */
+ * error estimates are twice the largest difference between any run and the reported run. */
 #define STIFFNESS_NUDGE      1e-9
 #define DIVERGENCE_RUN_COUNT 4 /* number of runs in addition to the two that diverge */
 
@@ -88,6 +88,17 @@ void deadline_begin(struct deadline *w, const struct sim_options *asked, double 
 /* If event needs more steps than this for stability, implicit is used instead. */
 #define ESTIMATE_EVENT_STEPS_MAX   10000.0
 #define ESTIMATE_STEP_COST_RATIO   4.0 /* cost of a step of implicit / cost of a step of event */
+
+/* Error estimate / difference of two passes that sample their switches. Sampling makes the method
+ * one of order 1, so the error of the finer pass is about as large as the difference. The spread of
+ * runs that diverge is larger than that of the few runs that show it by about this factor, too. */
+#define ERROR_FACTOR 2.0
+
+static void widen_error(struct sim_result *result, struct pass_difference apart, double factor)
+{
+    result->error_u_ft = fmax(result->error_u_ft, factor * apart.u.u_ft);
+    result->error_lift_ft = fmax(result->error_lift_ft, factor * apart.lift_ft);
+}
 
 /* The runs of one scene with one solver. `coarse` and `fine` are complete. `third` is optional. */
 struct solver_passes {
@@ -141,8 +152,7 @@ static void set_divergence_of_runs(const struct model *m, const struct pass_requ
             result->diverging_run_count++;
             result->diverging_wave_count += next->max_lift_ft > threshold;
             divergence_find(result, &given->record, &next->record, most_u_ft, most_lift_ft);
-            result->error_lift_ft = fmax(result->error_lift_ft,
-                                         fabs(given->max_lift_ft - next->max_lift_ft));
+            widen_error(result, pass_compare(given, next), ERROR_FACTOR);
         }
         pass_outcome_free(&pass);
     }
@@ -155,9 +165,6 @@ static void set_divergence_of_runs(const struct model *m, const struct pass_requ
 #define SENSITIVE_TOLERANCE_RATIO  1000.0
 /* For a fixed step the result is sensitive above this ratio: estimate / largest movement. */
 #define SENSITIVE_ERROR_MIN        0.05
-/* Error estimate / difference of two passes that sample their switches. Sampling makes the method
- * one of order 1, so the error of the finer pass is about as large as the difference. */
-#define ERROR_FACTOR               2.0
 #define FINER_ERROR_FACTOR         1.2 /* error estimate / difference from a finer pass */
 /* error estimate / difference from a finer pass, if the coarser pass is the result */
 #define COARSER_ERROR_FACTOR       4.0
@@ -200,12 +207,6 @@ static void add_pass_cost(struct sim_result *result, const struct pass_outcome *
 {
     result->evaluations += pass->evaluations;
     result->other_steps += pass->rejected_steps;
-}
-
-static void widen_error(struct sim_result *result, struct pass_difference apart, double factor)
-{
-    result->error_u_ft = fmax(result->error_u_ft, factor * apart.u.u_ft);
-    result->error_lift_ft = fmax(result->error_lift_ft, factor * apart.lift_ft);
 }
 
 static bool does_kind_sample(const struct stepper_kind *kind)
