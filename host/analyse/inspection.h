@@ -106,8 +106,8 @@ enum mr_status inspection_read(const struct inspection_kind *kind, const char *w
  * `from` has no value. */
 bool inspection_copy_value(const struct inspection_field *field, const json_t *from,
                            json_t *values);
-/* Returns the path of an unchanged picture, which the caller frees. NULL: the record has no picture,
- * or the picture has changed. */
+/* Returns the path of an unchanged picture, which the caller frees. NULL: the record has no
+ * picture, or the picture has changed. */
 char *inspection_find_picture(const struct inspection *entry, struct error *error);
 /* Writes a row with these values, except nulls (`values` NULL: a withdrawal), and loads all records
  * again. Refuses a record that breaks a rule of records.def or that already exists. The caller

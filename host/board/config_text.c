@@ -19,10 +19,9 @@
 #define S_PER_DAY 86400
 #define BLANKS    " \t\r"
 
-    /* ---- one field ---- */
+/* ---- one field ---- */
 
-    static const struct mr_config_field *
-    get_field_info(struct config_field_ref at)
+static const struct mr_config_field *get_field_info(struct config_field_ref at)
 {
     return &mr_config_groups[at.group].fields[at.field];
 }

@@ -81,10 +81,10 @@ struct compare_timing {
 void compare_timing_init(const struct measured *measured, struct compare_timing *clock);
 double compare_compute_time_error_s(const struct compare_timing *clock, double t_s);
 
-/* Zones of closed mats at the same moment: measured (survey and transducers), reported by the board,
- * and simulated. The measured and the simulated zone are both found from the remaining slack of
- * segments of ten mats, with the same errors (host/analyse/zones.h). The zone that the board reports
- * has its own standard errors. Stations are in ft. */
+/* Zones of closed mats at the same moment: measured (survey and transducers), reported by the
+ * board, and simulated. The measured and the simulated zone are both found from the remaining slack
+ * of segments of ten mats, with the same errors (host/analyse/zones.h). The zone that the board
+ * reports has its own standard errors. Stations are in ft. */
 
 enum compare_zone_source {
     COMPARE_MEASURED,
