@@ -578,7 +578,7 @@ static void fit_last_gates(struct mr_final_fit *work, bool fewer)
         }
         bool holds = is_parabola(fit, work->position_error_ft);
         if (!holds && work->end_fit.used > 5 && !fewer) {
-            work->stage = MR_FINAL_OUTLIER;
+            work->stage = MR_FINAL_FIND_OUTLIER;
             return;
         }
         if (holds || work->end_fit.used <= 4)
@@ -648,7 +648,7 @@ bool mr_final_fit_step(struct mr_final_fit *work)
     case MR_FINAL_ALL_GATES: fit_all_gates(work); break;
     case MR_FINAL_TOUCHDOWN: fit_touchdown(work); break;
     case MR_FINAL_LAST_GATES: fit_end_gates(work); break;
-    case MR_FINAL_OUTLIER: find_outlier_gate(work); break;
+    case MR_FINAL_FIND_OUTLIER: find_outlier_gate(work); break;
     case MR_FINAL_STOP: finish_fit(work, find_stop(work, &work->summary)); break;
     case MR_FINAL_DONE: break;
     }

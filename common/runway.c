@@ -140,14 +140,14 @@ float mr_predict_get_item(const struct mr_predictor_config *config, unsigned ite
 }
 
 /* Converts a count, which is transferred as a real, back to an integer. */
-static uint32_t convert_count(float value)
+static uint32_t convert_real_to_count(float value)
 {
     return value >= 0.0f && value < 1e9f ? (uint32_t)value : 0;
 }
 
 /* clang-format off */
 #define COPY_FIELD(field, value) \
-    (__typeof__(field))_Generic((field), float: (value), default: convert_count(value))
+    (__typeof__(field))_Generic((field), float: (value), default: convert_real_to_count(value))
 /* clang-format on */
 
 void mr_predict_set_item(struct mr_predictor_config *config, unsigned item, float value)

@@ -6,7 +6,7 @@ enum mr_status camera_trigger(struct camera *camera)
 {
     if (!config.site[0].camera)
         return MR_NOT_NOW;
-    camera->due_cause = MR_CAMERA_BY_COMMAND;
+    camera->pending_trigger = MR_CAMERA_BY_COMMAND;
     return MR_OK;
 }
 
@@ -15,7 +15,7 @@ void camera_arm(struct camera *camera)
     camera->frames = 0;
     camera->is_station_trigger_done = __builtin_isnan(config.site[0].camera_station_ft);
     if (config.site[0].camera && camera->is_station_trigger_done)
-        camera->due_cause = MR_CAMERA_BY_ARMING;
+        camera->pending_trigger = MR_CAMERA_BY_ARMING;
 }
 
 static void report_frames(struct camera *camera, struct telemetry *telemetry, uint32_t index,
@@ -42,8 +42,8 @@ static void send_trigger(struct camera *camera, struct telemetry *telemetry, uin
 {
     uint32_t tick = board_set_camera_trigger(true);
     TELEMETRY_SEND(telemetry, TO_RECORD, camera, CAMERA, .tick = tick,
-                   .cause = (uint8_t)camera->due_cause, .block16 = (uint16_t)index);
-    camera->due_cause = 0;
+                   .cause = (uint8_t)camera->pending_trigger, .block16 = (uint16_t)index);
+    camera->pending_trigger = 0;
     camera->is_high = true;
     camera->high_block = index;
 }
@@ -58,13 +58,13 @@ void camera_on_block(struct camera *camera, struct telemetry *telemetry,
         camera->is_high = false;
     }
     if (!config.site[0].camera) {
-        camera->due_cause = 0; /* discard the request: the camera is no longer configured */
+        camera->pending_trigger = 0; /* discard the request: the camera is no longer configured */
         return;
     }
     if (!camera->is_station_trigger_done && is_at_station(landing, tick)) {
         camera->is_station_trigger_done = true;
-        camera->due_cause = MR_CAMERA_BY_STATION;
+        camera->pending_trigger = MR_CAMERA_BY_STATION;
     }
-    if (camera->due_cause && !camera->is_high)
+    if (camera->pending_trigger && !camera->is_high)
         send_trigger(camera, telemetry, index);
 }

@@ -21,7 +21,7 @@ struct camera {
     /* the trigger at the station has been sent in this landing, or is not configured */
     bool is_station_trigger_done;
     /* cause of the trigger to be sent in the next block (enum mr_camera_cause); 0: none */
-    uint8_t due_cause;
+    uint8_t pending_trigger;
     bool is_high;
     uint32_t high_block; /* block at which the pulse began */
     struct pulses pulses;

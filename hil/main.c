@@ -330,11 +330,11 @@ static void print_help(void)
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++)
         print_item(options[i].name, options[i].value, options[i].help);
     print_item("--version", "", "print the version and exit");
-    puts(
-        "Virtual time starts when a host has connected to each unix: link and, with --gdb,\n"
-        "gdb has connected; the board waits at most 30 s for them. With --speed max, virtual time\n"
-        "also pauses, for at most 30 s, until a program has kept the pty: link open for 50 ms.\n"
-        "Exit: 0 ok, 2 usage, 3 link, board or firmware failed, 4 malformed or truncated input.");
+    puts("Virtual time starts when a program has connected to every link of type unix and, with\n"
+         "--gdb, gdb has connected; the board waits at most 30 s. With --speed max, virtual time\n"
+         "also waits, for at most 30 s, until a program has kept a link of type pty open for 50 "
+         "ms.\n"
+         "Exit: 0 ok, 2 usage, 3 link, board or firmware failed, 4 malformed or truncated input.");
 }
 
 static enum mr_status refuse_board(const char *text)

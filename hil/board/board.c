@@ -140,7 +140,7 @@ static void connect_run_inputs(struct hil_board *board)
 
 void hil_board_set_electronics(struct hil_board *board)
 {
-    hil_electronics_set(&board->electronics, &board->options, board->options.figures);
+    hil_electronics_set_up(&board->electronics, &board->options, board->options.figures);
     board->mcu.adc.vdda_v = board->electronics.vdda_v;
     board->mcu.adc.errors = board->electronics.is_drawn ? &board->electronics.adc_errors : NULL;
 }
@@ -319,7 +319,7 @@ static enum mr_status restart_board(struct hil_board *board)
     board->core.failure_reason[0] = '\0';
     reset_chip(board, HIL_CSR_POWER_ON);
     if (board->options.has_clocks_left_on)
-        hil_rcc_set_clocks_left_on(&board->mcu.rcc);
+        hil_rcc_leave_clocks_on(&board->mcu.rcc);
     return board->core.is_stopped ? board->core.stop_status : MR_OK;
 }
 

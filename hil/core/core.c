@@ -316,7 +316,7 @@ const char *hil_register_refusal(const struct hil_register *r, uint32_t value)
     uint32_t changed = value ^ r->reset;
     if (r->access == 'r')
         return "the register is read-only: the chip ignores the write";
-    if (changed & r->refused_bits)
+    if (changed & r->unmodelled_bits)
         return r->explanation;
     if (!r->allows_reserved &&
         (changed & ~(r->plain_bits | r->action_bits | r->status | r->conditional_bits)))

@@ -349,8 +349,8 @@ struct hil_register {
     uint32_t status;      /* bits that hardware sets; written values are ignored */
     /* bits that are modelled only for some values or states; see `explanation` */
     uint32_t conditional_bits;
-    uint32_t refused_bits;   /* bits that exist in hardware but are not modelled */
-    const char *explanation; /* explanation of `conditional_bits` and `refused_bits` */
+    uint32_t unmodelled_bits; /* bits that exist in hardware but are not modelled */
+    const char *explanation;  /* explanation of `conditional_bits` and `unmodelled_bits` */
 };
 
 struct hil_register_set {

@@ -97,9 +97,9 @@ void hil_debug_advance(struct hil_board *board, uint64_t until_ps)
         until <= clock->now_cycle)
         return;
     if (stops & FREEZE_TIM2)
-        hil_tim_stop_until(&board->mcu.tim, HIL_TIM2, until);
+        hil_tim_freeze_until(&board->mcu.tim, HIL_TIM2, until);
     if (stops & FREEZE_TIM4)
-        hil_tim_stop_until(&board->mcu.tim, HIL_TIM4, until);
+        hil_tim_freeze_until(&board->mcu.tim, HIL_TIM4, until);
     if ((stops & FREEZE_IWDG) && events->due_ps[HIL_EVENT_IWDG] != HIL_NEVER)
         hil_event_set_ps(core, HIL_EVENT_IWDG,
                          events->due_ps[HIL_EVENT_IWDG] + (until_ps - from_ps));

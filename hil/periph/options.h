@@ -105,7 +105,7 @@ struct hil_options {
     uint32_t uid[3];         /* unique device identifier */
     bool is_jumper_fitted;   /* the maintenance jumper is fitted */
     bool has_no_rig;         /* no rig is connected: all lines to it are open */
-    bool has_clocks_left_on; /* start with clocks left on: hil_rcc_set_clocks_left_on */
+    bool has_clocks_left_on; /* start with clocks left on: hil_rcc_leave_clocks_on */
     bool is_boot0_high;      /* level of the BOOT0 pin at reset: high starts the boot ROM */
     double temperature_c;    /* mat temperature at power on; NaN: no thermometer is fitted */
     double temperature_c_per_h;

@@ -146,7 +146,7 @@ static void check_clock_limits(struct hil_rcc_device *dev)
     hil_core_set_hclk(dev->core, compute_hclk_hz(dev, false));
 }
 
-void hil_rcc_set_clocks_left_on(struct hil_rcc_device *dev)
+void hil_rcc_leave_clocks_on(struct hil_rcc_device *dev)
 {
     struct hil_rcc *rcc = dev->state;
     rcc->cr |= CR_HSEON | CR_HSERDY | CR_PLLON | CR_PLLRDY;

@@ -52,7 +52,7 @@ void hil_rcc_reset(struct hil_rcc_device *dev, uint32_t csr_flags);
 /* Sets the state that a debugger or the Go command of the boot ROM leaves when it starts the
  * program without a reset. The system clock is then the PLL at 168 MHz from an 8 MHz crystal, and
  * the clocks of ports and timers are on. */
-void hil_rcc_set_clocks_left_on(struct hil_rcc_device *dev);
+void hil_rcc_leave_clocks_on(struct hil_rcc_device *dev);
 /* Register that switches the clocks of a bus. */
 const uint32_t *hil_rcc_clock_enables(const struct hil_rcc_device *dev, enum hil_rcc_bus bus);
 bool hil_rcc_is_clock_on(const struct hil_rcc_device *dev, enum hil_rcc_bus bus, unsigned bit);

@@ -276,7 +276,7 @@ static void handle_event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
     schedule_next_event(dev, unit, at);
 }
 
-void hil_tim_stop_until(struct hil_tim_device *dev, unsigned unit, uint64_t until_cycle)
+void hil_tim_freeze_until(struct hil_tim_device *dev, unsigned unit, uint64_t until_cycle)
 {
     struct hil_tim *t = &dev->state[unit];
     uint64_t now = hil_now_cycle(dev->core);

@@ -60,7 +60,7 @@ bool hil_tim4_output(const void *device, unsigned channel, bool *drives);
 /* Call when TI1 to TI4 of TIM2 (channel 0 to 3) changed to `level`. */
 void hil_tim2_input_edge(void *device, unsigned channel, bool level, uint64_t at);
 /* Stops a timer until until_cycle, because the core is halted (DBGMCU). */
-void hil_tim_stop_until(struct hil_tim_device *dev, unsigned unit, uint64_t until_cycle);
+void hil_tim_freeze_until(struct hil_tim_device *dev, unsigned unit, uint64_t until_cycle);
 /* HCLK cycles from an edge of an input to its capture, with the present settings of the input. */
 uint64_t hil_tim2_capture_delay(const struct hil_tim_device *dev, unsigned channel);
 

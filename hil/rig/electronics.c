@@ -201,8 +201,8 @@ static void set_channel_sources(struct hil_adc_errors *adc, const struct hil_cir
     }
 }
 
-void hil_electronics_set(struct hil_electronics *electronics, const struct hil_options *options,
-                         const struct hil_circuit_figures *figures)
+void hil_electronics_set_up(struct hil_electronics *electronics, const struct hil_options *options,
+                            const struct hil_circuit_figures *figures)
 {
     struct hil_circuit_figures reference;
     uint64_t random = options->tolerance_seed * 0x9e6c63d0876a9a99ull + 0x5851f42d4c957f2dull;

@@ -65,8 +65,8 @@ void hil_circuit_figures_set_reference(struct hil_circuit_figures *figures);
 
 /* Sets the electronics for the options: ideal, or drawn from `figures` (NULL: those of the
  * reference design). */
-void hil_electronics_set(struct hil_electronics *electronics, const struct hil_options *options,
-                         const struct hil_circuit_figures *figures);
+void hil_electronics_set_up(struct hil_electronics *electronics, const struct hil_options *options,
+                            const struct hil_circuit_figures *figures);
 
 /* Unique identifier of the chip on the board with this seed: position on the wafer, wafer and lot
  * (RM0090 39.1). The lot marks the chip as emulated (common/emulated.h). */

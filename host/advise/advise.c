@@ -678,11 +678,12 @@ static void add_notes(const struct advise *advise, struct answer *answer)
 {
     const struct history *history = &advise->history;
     const bool surveyed = advise->members.is_surveyed;
-    answer_words(answer, NULL, "note",
-                 "the probability of a zone is at least %.0f %% (no simulated runway reached one) "
-                 "and at most %.0f %% (all did), because the model is not exact",
-                 100.0 * advise_calibrate_share(0.0, surveyed),
-                 100.0 * advise_calibrate_share(1.0, surveyed));
+    answer_words(
+        answer, NULL, "note",
+        "the stated probability of a zone is never below %.0f %% (no simulated runway reached "
+        "one) or above %.0f %% (all did), because the model is not exact",
+        100.0 * advise_calibrate_share(0.0, surveyed),
+        100.0 * advise_calibrate_share(1.0, surveyed));
     if (!advise->members.update_count)
         answer_words(
             answer, NULL, "note",
@@ -697,7 +698,7 @@ static void add_notes(const struct advise *advise, struct answer *answer)
     if (history->surveyed_segments < history->segment_count)
         answer_words(answer, NULL, "note",
                      "%u of %u segments were surveyed since the last landing; the openings of the "
-                     "others are estimates of the ensemble",
+                     "other segments are estimated from the simulated runways",
                      history->surveyed_segments, history->segment_count);
     if (history->is_relaid_since)
         answer_words(answer, NULL, "note",

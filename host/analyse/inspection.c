@@ -197,8 +197,8 @@ static enum mr_status read_marks(const struct inspection_field *field, const cha
                &m.y[1], &m.x[2], &m.y[2], &end, &m.error, &end) < 7 ||
         text[end])
         return error_set(error, MR_USAGE,
-                         "not marks: '%s' for %s; give DISTANCE: X,Y X,Y X,Y [ERROR]", text,
-                         field->name);
+                         "not a list of marks: '%s' for %s; give DISTANCE: X,Y X,Y X,Y [ERROR]",
+                         text, field->name);
     if (inspection_read_number(&distance_ft, length, &distance, error) != MR_OK ||
         rig_measure_height(&m, distance, &height, error) != MR_OK)
         return error->status;

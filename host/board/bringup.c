@@ -266,7 +266,7 @@ static enum mr_status resend_if_due(struct receiver *l, struct link *link, const
         ready = at;
     bool anew = ready && ready > l->text + l->ready_position;
     double now_s = monotonic_s();
-    if (link_is_recorded(link) || (!anew && now_s - l->received_s < RESEND_INTERVAL_S) ||
+    if (link_is_from_recording(link) || (!anew && now_s - l->received_s < RESEND_INTERVAL_S) ||
         (!anew && now_s - l->sent_s < RESEND_INTERVAL_S))
         return MR_OK;
     if (anew)
@@ -301,7 +301,7 @@ static enum mr_status wait_for_section(struct receiver *l, struct link *link, co
                              "the boot ROM of this board cannot be reached on this port: %s; flash "
                              "the board as described in docs/howto/flash.md",
                              link_spec(link));
-        if (status == MR_CLOSED && link_is_recorded(link))
+        if (status == MR_CLOSED && link_is_from_recording(link))
             return find_line(l->text, "begin ")
                      /* return an incomplete section too: bringup_parse reports what is missing */
                      ? MR_OK
@@ -327,8 +327,8 @@ static enum mr_status wait_for_section(struct receiver *l, struct link *link, co
 static enum mr_status request_section(struct receiver *l, struct link *link, const char *section,
                                       const char *answer, const char **from, struct error *error)
 {
-    enum mr_status status = link_is_recorded(link) ? MR_OK
-                                                   : link_set_baud(link, BRINGUP_BAUD, error);
+    enum mr_status status = link_is_from_recording(link) ? MR_OK
+                                                         : link_set_baud(link, BRINGUP_BAUD, error);
     l->started_s = l->received_s = monotonic_s();
     l->sent_s = l->started_s - RESEND_INTERVAL_S;
     l->received_s -= RESEND_INTERVAL_S; /* send the first word at once */

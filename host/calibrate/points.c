@@ -147,10 +147,10 @@ static enum mr_status read_line(struct reader *r, char *line)
         return MR_OK;
     char *separator = strpbrk(line, r->is_header_read ? "," : ",;\t"), *cell[3];
     if (separator && *separator != ',')
-        return refuse_points(r, MR_MALFORMED,
-                             *separator == ';' ? "columns separated by semicolons"
-                                               : "columns separated by tabs",
-                             "save the file with commas between columns and points in numbers");
+        return refuse_points(
+            r, MR_MALFORMED,
+            *separator == ';' ? "columns separated by semicolons" : "columns separated by tabs",
+            "save the file with commas between columns and decimal points in numbers");
     if (line[strspn(line, BLANKS ",")] == '\0') /* an empty row of a spreadsheet is skipped */
         return MR_OK;
     size_t cells = csv_split(line, cell, 3);

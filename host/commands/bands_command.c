@@ -250,9 +250,10 @@ static struct force_text format_force(const struct findings *f, double lb)
 static void check_design(const struct band_design *d, struct findings *f)
 {
     if (d->connection_count > d->max_connection_count)
-        add_finding(
-            f, "theory: %.0f connections; C.10 allows %.0f; use shorter, more or stronger bands",
-            d->connection_count, d->max_connection_count);
+        add_finding(f,
+                    "theory requires %.0f connections, but C.10 allows %.0f; use more, shorter or "
+                    "stronger bands",
+                    d->connection_count, d->max_connection_count);
     if (d->t0_lb < d->t0_min_lb * (1.0 - 1e-9))
         add_finding(f, "theory: T0 %s is below n F' + R/2 = %s (C.8): the band may go loose",
                     format_force(f, d->t0_lb).text, format_force(f, d->t0_min_lb).text);

@@ -183,7 +183,7 @@ static enum mr_status open_collector(struct logger *logger, struct error *error)
                                            logger->can_base, serial ? link_spec(serial) : NULL,
                                            &logger->collector, error);
     if (status == MR_OK &&
-        !((can && link_is_recorded(can)) || (serial && link_is_recorded(serial))))
+        !((can && link_is_from_recording(can)) || (serial && link_is_from_recording(serial))))
         collector_set_own_commands(logger->collector, &logger->own_commands);
     return status;
 }

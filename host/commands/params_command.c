@@ -467,7 +467,8 @@ static void read_file(struct reader *r)
     }
     if (r->count == 0)
         error_set(fatal, MR_MALFORMED,
-                  "no readings: %s: the file has no test object; see matrig params --help",
+                  "no readings: %s: the file has none of the tests (inertia, tension, ...); see "
+                  "matrig params --help",
                   r->path);
     json_decref(root);
 }

@@ -89,7 +89,7 @@ static void add_across_and_diagonals(const struct survey_readings *change, struc
         double step_ft; /* distance between places; 0: places are numbered */
         unsigned lines, places;
         const double *value_in;
-    } tables[] = {{"movement across at the stations since the previous survey",
+    } tables[] = {{"sideways movement at the stations since the previous survey",
                    SURVEY_STATION_SPACING_FT, SURVEY_LINES, SURVEY_STATIONS, change->across_in[0]},
                   {"change of the length of ten mats along the 45 degree lines", 0.0,
                    SURVEY_DIAGONALS, SURVEY_DIAGONAL_SPANS, change->diagonal_in[0]}};

@@ -366,7 +366,7 @@ static enum mr_status file_send(struct link *link, const uint8_t *bytes, size_t 
 const struct link_ops link_file_ops = {
     .carried_kinds = 1u << LINK_CAN | 1u << LINK_SERIAL,
     .sender_waits = true,
-    .is_recorded = true,
+    .is_from_recording = true,
     .open = file_open,
     .receive_frame = file_receive_frame,
     .read = file_read,

@@ -259,9 +259,9 @@ bool link_sender_waits(const struct link *link)
     return link->ops->sender_waits;
 }
 
-bool link_is_recorded(const struct link *link)
+bool link_is_from_recording(const struct link *link)
 {
-    return link->ops->is_recorded;
+    return link->ops->is_from_recording;
 }
 
 uint16_t link_base(const struct link *link)

@@ -74,7 +74,7 @@ enum mr_status link_parse_base_number(const char *text, const char *where, uint1
 /* True if the sender waits until its data is read, so that no data is lost if the reader pauses. */
 bool link_sender_waits(const struct link *link);
 /* True for a recording, which can be read as fast as the reader wants. */
-bool link_is_recorded(const struct link *link);
+bool link_is_from_recording(const struct link *link);
 
 /* Returns the base of the board on CAN; for serial: 0. */
 uint16_t link_base(const struct link *link);

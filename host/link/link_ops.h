@@ -15,7 +15,7 @@ struct link_ops {
     unsigned carried_kinds; /* bit mask of the data that it can carry: 1 << enum link_kind */
     bool is_device;         /* the link is a device: if it disappears, wait for its return */
     bool sender_waits;      /* the sender waits until its data is read */
-    bool is_recorded;       /* a recording: data arrives as fast as it is read */
+    bool is_from_recording; /* a recording: data arrives as fast as it is read */
     enum mr_status (*open)(struct link *link, const char *path, struct error *error);
     enum mr_status (*receive_frame)(struct link *link, struct link_frame *frame,
                                     struct error *error);

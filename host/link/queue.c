@@ -556,7 +556,7 @@ enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t c
     made->kind = kind;
     made->find_loss_cause = find_cause;
     made->context = context;
-    made->is_recording = link_is_recorded(link);
+    made->is_recording = link_is_from_recording(link);
     made->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     if (capacity == 0)
         capacity = kind == LINK_CAN ? LINK_QUEUE_CAN_BYTES : LINK_QUEUE_SERIAL_BYTES;

@@ -111,8 +111,8 @@ struct link_queue_depth link_queue_depth(struct link_queue *queue);
  * is full, all data is lost until a quarter is free again: the queued data stays complete, the gap
  * has one beginning and one end, and the link's counters show the cause (LINK_LOST_...). A link
  * whose sender can wait (link_sender_waits) is not read meanwhile, and loses nothing. A recording
- * (link_is_recorded) has no thread: it is read on request, so that the same files always give the
- * same campaign. */
+ * (link_is_from_recording) has no thread: it is read on request, so that the same files always give
+ * the same campaign. */
 
 #define LINK_READER_FRAMES_PER_READ 1024u /* maximum number of CAN frames read in one turn */
 

@@ -545,7 +545,7 @@ void logger_note_presence(struct logger *logger)
     char state[80];
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         if (logger->reader[link] &&
-            (!logger->is_link_open[link] || link_is_recorded(logger->link[link])))
+            (!logger->is_link_open[link] || link_is_from_recording(logger->link[link])))
             return;
     }
     collector_get_progress(logger->collector, &p);

@@ -18,7 +18,7 @@
  * this. */
 #define BUS_DELAY_MAX_BLOCKS      2000
 
-static const char *const link_text[LINK_KINDS] = {"CAN", "serial"};
+static const char *const link_names[LINK_KINDS] = {"CAN", "serial"};
 
 /* ---- how each field of the catalogue is compared ---- */
 
@@ -567,7 +567,7 @@ void diff_messages(const struct board_messages *recorded, const struct board_mes
  * 35.6". */
 static void write_difference(const struct difference *d, char *out, size_t size)
 {
-    int length = snprintf(out, size, "%s %.3f s (block %lld): %s%s%s ", link_text[d->link],
+    int length = snprintf(out, size, "%s %.3f s (block %lld): %s%s%s ", link_names[d->link],
                           (double)d->block / 1e3, (long long)d->block, d->message,
                           d->field[0] ? "." : "", d->field);
     if (length < 0 || (size_t)length >= size)
@@ -591,7 +591,7 @@ static void add_difference_to_answer(const struct difference *d, struct answer *
     }
     answer_open_group(answer, "first", NULL);
     answer_words(answer, "kind", NULL, "%s", kinds[d->kind]);
-    answer_words(answer, "link", NULL, "%s", link_text[d->link]);
+    answer_words(answer, "link", NULL, "%s", link_names[d->link]);
     answer_words(answer, "message", NULL, "%s", d->message);
     answer_words(answer, "field", NULL, "%s", d->field);
     answer_value(answer, "t", NULL, UNIT_TIME, (double)d->block / 1e3, 3)->digits = NUMBER_DIGITS;
@@ -608,7 +608,7 @@ static void add_row_to_answer(const struct diff_row *row, struct answer *answer)
     char text[300];
     answer_open_row(answer);
     answer_words(answer, "message", differs ? "message" : NULL, "%s", row->message);
-    answer_words(answer, "link", differs ? "link" : NULL, "%s", link_text[row->link]);
+    answer_words(answer, "link", differs ? "link" : NULL, "%s", link_names[row->link]);
     answer_count(answer, "compared", differs ? "compared" : NULL, row->pair_count);
     answer_count(answer, "fields", NULL, row->compared_fields);
     answer_count(answer, "differ", differs ? "fields|differ" : NULL, row->differing_fields);

@@ -56,7 +56,7 @@ static void add_summary_row(const struct report_facts *facts, struct answer *ans
                  : facts->may_lack_warning          ? "not known"
                                                     : "none")
         ->is_warning = warning->was_warned;
-    add_zone_ends(answer, "zone", &facts->warned_zone);
+    add_zone_ends(answer, "zone", &facts->longest_warned_zone);
     answer_count(answer, NULL, "frames lost", facts->lost_frames);
 }
 
@@ -329,7 +329,8 @@ static void draw_zone_row(const struct zone_rows *rows, size_t row, const struct
                      (double)MR_SEGMENT_LENGTH_FT * (s + 1));
     }
     if (facts->warning.was_warned)
-        draw_bar(rows, top, 0, "warned", facts->warned_zone.start_ft, facts->warned_zone.end_ft);
+        draw_bar(rows, top, 0, "warned", facts->longest_warned_zone.start_ft,
+                 facts->longest_warned_zone.end_ft);
     else if (facts->longest_zone.mats > 0)
         draw_bar(rows, top, 0, "reported", facts->longest_zone.start_ft,
                  facts->longest_zone.end_ft);

@@ -347,7 +347,8 @@ static void put_zones_fact(const struct report *report, bool *of, FILE *out)
         warned += of[i];
         watched += facts->source != MEASURED_IMPORT;
         unheard += !of[i] && facts->source != MEASURED_IMPORT && facts->may_lack_warning;
-        if (of[i] && (!longest || facts->warned_zone.mats > longest->warned_zone.mats))
+        if (of[i] &&
+            (!longest || facts->longest_warned_zone.mats > longest->longest_warned_zone.mats))
             longest = facts;
     }
     if (watched == 0)
@@ -358,9 +359,9 @@ static void put_zones_fact(const struct report *report, bool *of, FILE *out)
         fprintf(out, "in %zu of %zu landings: ", warned, report->landings);
         report_write_runs(report, of, out);
     }
-    if (longest && longest->warned_zone.mats > 0) {
+    if (longest && longest->longest_warned_zone.mats > 0) {
         fputs(report->run ? "" : "; longest zone ", out);
-        put_zone(&longest->warned_zone, report->si, out);
+        put_zone(&longest->longest_warned_zone, report->si, out);
     }
     if (unheard)
         fprintf(out, " <small>%zu more may have had a warning that the log missed</small>",

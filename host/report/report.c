@@ -107,7 +107,7 @@ static void set_zones(const struct report_landing *landing, struct report_facts 
             warned = &zones->row[i];
     }
     facts->longest_zone = convert_zone(landing, longest);
-    facts->warned_zone = convert_zone(landing, warned);
+    facts->longest_warned_zone = convert_zone(landing, warned);
     facts->last_zone = convert_zone(landing, zones->count ? &zones->row[zones->count - 1] : NULL);
     facts->worst_predictor_verdict = STORE_NONE;
     for (size_t i = 0; i < landing->prediction_count; i++) {

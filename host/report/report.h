@@ -81,7 +81,7 @@ struct report_facts {
         double start_ft, end_ft;
         double start_error_ft, end_error_ft; /* standard errors; NaN: not known */
     } longest_zone, last_zone;               /* zones that the board reported */
-    struct report_zone warned_zone;          /* longest zone while the warning was on */
+    struct report_zone longest_warned_zone;  /* longest zone while the warning was on */
     int64_t worst_predictor_verdict;         /* worst verdict of the predictor; STORE_NONE: none */
     /* bit s: segment s is closed at the end, according to survey and transducers */
     uint64_t closed_segments;

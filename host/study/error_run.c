@@ -127,10 +127,10 @@ static void add_cheapest_runs(struct answer *answer, const struct error_study *s
     answer_open_table(
         answer, NULL,
         study->has_lift
-            ? "shortest run time (ms) with an error of lift up to the column heading "
-              "(fixed steps: largest error of a step and the next steps on both sides)"
-            : "shortest run time (ms) with an error of u up to the column heading "
-              "(fixed steps: largest error of a step and the next steps on both sides)");
+            ? "shortest run time (ms) with an error of lift not above the column heading (fixed "
+              "steps: the largest error of a step and of its two neighbours)"
+            : "shortest run time (ms) with an error of u not above the column heading (fixed "
+              "steps: the largest error of a step and of its two neighbours)");
     for (size_t i = 0; i <= count; i++) {
         answer_open_row(answer);
         answer_words(answer, NULL, "solver", "%s", i < count ? names[i] : "cheapest");

@@ -426,7 +426,8 @@ static enum mr_status read_varied_axes(struct sweep *sweep, const char *path, st
     sweep->grid_case_count = 1;
     if (vary && !json_is_object(vary))
         return error_set(error, MR_MALFORMED,
-                         "wrong type: %s: vary; give {\"KEY\": [VALUE, ...], ...}", path);
+                         "wrong type: %s: the value of \"vary\"; give {\"KEY\": [VALUE, ...], ...}",
+                         path);
     json_object_foreach((json_t *)(uintptr_t)vary, name, value)
     {
         if (name[0] == '_')

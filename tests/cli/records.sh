@@ -153,7 +153,7 @@ heights() {
     $matrig --quiet record "$all" --correct "$id" height_ft='2 ft +- 0.02 ft: 100,300 500,300 200,240' --reason film >/dev/null && [ "$(field "$all" $((id + 1)) "['fields']['height_ft']")" = 0.3 ] &&
         field "$all" $((id + 1)) "['fields']['height_ft_error']" | grep '^0.007' && $matrig record "$all" picture | grep 'height (ft)' && $matrig record "$all" picture | grep ' 0.3 +- 0.007' || return 1
     bad() { fails_with 2 "$1" $matrig record "$all" --correct $((id + 1)) height_ft="$2" --reason film; }
-    bad 'not marks: .2 ft: 1,2 3,4.' '2 ft: 1,2 3,4' && bad 'out of range: 0 ft' '0 ft: 0,0 90,0 1,1' && bad 'no scale: the points of known distance are 9 pixels apart' '2 ft: 0,0 9,0 1,1' && bad 'no scale' '2 ft: 0,0 90,0 nan,1' || return 1
+    bad 'not a list of marks: .2 ft: 1,2 3,4.' '2 ft: 1,2 3,4' && bad 'out of range: 0 ft' '0 ft: 0,0 90,0 1,1' && bad 'no scale: the points of known distance are 9 pixels apart' '2 ft: 0,0 9,0 1,1' && bad 'no scale' '2 ft: 0,0 90,0 nan,1' || return 1
     $matrig record "$all" --measure $((id + 1)) -o "$tmp/marks.html" && grep '<title>matrig picture' "$tmp/marks.html" && grep -F "<svg id=\"picture\" data-file=\"$(realpath "$tmp/bow.jpg")\" data-campaign=\"$all\" data-record=\"$((id + 1))\"></svg>" "$tmp/marks.html" || return 1
     fails_with 2 'no file for the page' $matrig record "$all" --measure $((id + 1)) && echo other >"$tmp/bow.jpg" &&
         fails_with 3 'the picture has changed: .*bow.jpg' $matrig record "$all" --measure $((id + 1)) -o "$tmp/marks.html" && printf 'not really a picture' >"$tmp/bow.jpg"
@@ -220,7 +220,7 @@ shares of the axles do not sum to 100|conditions 1 front_axle_percent=30 middle_
 not a temperature: .C. for temperature_f|conditions 1 temperature_f=C
 not a temperature: . C. for temperature_f|conditions 1 temperature_f='24 C+-'
 not a temperature: .24 degCs. for|conditions 1 temperature_f='24 degCs'
-not marks|picture 1 height_ft='2 ft: 100,300 500,300 200,240 px'
+not a list of marks|picture 1 height_ft='2 ft: 100,300 500,300 200,240 px'
 unexpected PLACE|mat 12 -o $tmp/no.csv
 no kind|12 -o $tmp/no.csv
 unexpected PLACE|damage 2 --csv $tmp/once.csv

@@ -384,14 +384,14 @@ TEST(a_seed_is_a_board)
     static struct hil_electronics one, again, other, ideal;
     struct hil_options options;
     hil_options_default(&options);
-    hil_electronics_set(&ideal, &options, NULL);
+    hil_electronics_set_up(&ideal, &options, NULL);
     assert_false(ideal.is_drawn);
     options.has_random_tolerances = true;
     options.tolerance_seed = 5;
-    hil_electronics_set(&one, &options, NULL);
-    hil_electronics_set(&again, &options, NULL);
+    hil_electronics_set_up(&one, &options, NULL);
+    hil_electronics_set_up(&again, &options, NULL);
     options.tolerance_seed = 6;
-    hil_electronics_set(&other, &options, NULL);
+    hil_electronics_set_up(&other, &options, NULL);
     assert_memory_equal(&one, &again, sizeof one);
     assert_true(one.gage_gain[0] != other.gage_gain[0]);
     assert_true(one.adc_errors.inl_lsb[0][1000] != other.adc_errors.inl_lsb[0][1000]);

@@ -41,7 +41,7 @@ struct flight {
     double worst_displacement_in, worst_tension_lb;
     unsigned displacements, tensions;
     uint64_t first_warning_ps;
-    struct mr_zone zone, warned_zone;
+    struct mr_zone zone, longest_warned_zone;
     struct mr_zone_error zone_error;
     unsigned warnings, backlogs;
     uint32_t clock_block;
@@ -114,7 +114,7 @@ static void on_zone_lead(struct flight *flight, uint64_t t_ps, const struct hil_
     flight->warnings++;
     if (flight->first_warning_ps == 0) {
         flight->first_warning_ps = t_ps;
-        flight->warned_zone = flight->zone;
+        flight->longest_warned_zone = flight->zone;
     }
 }
 
@@ -335,13 +335,14 @@ TEST(landing_5_is_measured_and_its_zone_warned_of_in_time)
     double warned_s = (double)flight.first_warning_ps * 1e-12;
     printf("# warned of %u mats %.1f to %.1f ft at %.2f s, wheel in the old zone at %.2f s; zone "
            "left %.1f to %.1f ft, stated %.1f +- %.1f to %.1f +- %.1f ft\n",
-           flight.warned_zone.mats, (double)flight.warned_zone.start_ft,
-           (double)flight.warned_zone.end_ft, warned_s, wheel_there_s, start_ft, end_ft,
+           flight.longest_warned_zone.mats, (double)flight.longest_warned_zone.start_ft,
+           (double)flight.longest_warned_zone.end_ft, warned_s, wheel_there_s, start_ft, end_ft,
            (double)flight.zone.start_ft, 1.96 * (double)flight.zone_error.start_ft,
            (double)flight.zone.end_ft, 1.96 * (double)flight.zone_error.end_ft);
     assert_true(flight.first_warning_ps > 0);
     assert_true(warned_s < wheel_there_s - 0.5);
-    assert_true((double)flight.warned_zone.end_ft > truth_of(5, "zone_at_start_start_station_ft"));
+    assert_true((double)flight.longest_warned_zone.end_ft >
+                truth_of(5, "zone_at_start_start_station_ft"));
     /* The zone that is left: its end within the interval that the board states (95 %). The start is
      * where the board takes the gear to rest, which is outside what that interval was made for (a
      * rolling wheel): within a survey segment, as far as a stop is told. */

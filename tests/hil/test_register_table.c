@@ -155,7 +155,7 @@ static const char *poke(uint32_t address, const struct hil_register *r, uint32_t
         return stopped ? NULL : "a use of a pin that is not there, but taken";
     if (r->access == 'r')
         return stopped ? NULL : "read-only, but takes a write";
-    if (r->refused_bits & bit)
+    if (r->unmodelled_bits & bit)
         return stopped ? NULL : "refused by the table, but taken";
     if (r->conditional_bits & bit)
         return NULL;
@@ -220,7 +220,7 @@ TEST(masks_do_not_overlap)
         for (size_t k = 0; set[i].registers[k].name; k++) {
             const struct hil_register *r = &set[i].registers[k];
             uint32_t masks[5] = {r->plain_bits, r->action_bits, r->status, r->conditional_bits,
-                                 r->refused_bits};
+                                 r->unmodelled_bits};
             for (unsigned a = 0; a < 5; a++) {
                 for (unsigned b = 0; b < a; b++) {
                     if (masks[a] & masks[b])
@@ -228,7 +228,7 @@ TEST(masks_do_not_overlap)
                                  (unsigned)(masks[a] & masks[b]));
                 }
             }
-            if ((r->conditional_bits | r->refused_bits) && !*r->explanation)
+            if ((r->conditional_bits | r->unmodelled_bits) && !*r->explanation)
                 fail_msg("%s %s does not say what it refuses", set[i].peripheral, r->name);
         }
     }

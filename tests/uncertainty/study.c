@@ -210,7 +210,7 @@ static void draw(enum draw_kind kind, const struct draw_setting *setting, uint64
     options.has_random_tolerances = true;
     options.tolerance_seed = seed;
     options.vdda_v = evenly(&rig->chance, 3.24, 3.36);
-    hil_electronics_set(&rig->board, &options, NULL);
+    hil_electronics_set_up(&rig->board, &options, NULL);
     drawn->channel = config.channel[kind == DRAW_TRANSDUCER ? TRANSDUCER : MR_TRANSDUCERS + GAGE];
     rig->curve = (double)drawn->channel.linearity_error; /* rms over the range */
     rig->phase = evenly(&rig->chance, 0.0, TWO_PI);

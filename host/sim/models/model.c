@@ -356,7 +356,7 @@ void model_describe(const struct model *m, struct sim_result *result)
         sim_result_add_left_out(result, "friction (none)");
     if (m->slack_ft > 0.0 && has_grit(m->scene))
         sim_result_add_note(
-            result, "grit: a joint opens freely, and must overcome its grit again to close");
+            result, "grit: a joint opens freely; each time it closes, it must overcome its grit");
     if (m->slack_ft <= 0.0)
         sim_result_add_left_out(result, "slack (0)");
     if (!m->has_full_profile)
@@ -367,7 +367,8 @@ void model_describe(const struct model *m, struct sim_result *result)
         sim_result_add_left_out(result, "wheel load (0)");
     if (m->is_consistent && m->scene->lift_shear_lb != 0.0)
         sim_result_add_note(
-            result, "V has no effect in model consistent: mats lift because of their inertia");
+            result,
+            "V has no effect in the model `consistent`: there, mats lift because of their inertia");
     if (m->scene->path_count > 0)
         sim_result_add_note(result, "path replaces Vac, s0 and F");
     element_describe(m->scene, result);

@@ -438,7 +438,7 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
                                             : "grit (slack 0: no joint can be open)");
     else
         sim_result_add_note(
-            result, "grit: a joint opens freely, and must overcome its grit again to close");
+            result, "grit: a joint opens freely; each time it closes, it must overcome its grit");
     if (chain->mods)
         mods_describe(chain->mods, result);
     if (scene->path_count > 0)

@@ -51,7 +51,7 @@ static void free_march(struct march *march)
 }
 
 /* Clears a march whose arrays were moved to another march. */
-static void clear_moved_march(struct march *march)
+static void empty_march_after_move(struct march *march)
 {
     march->record = (struct sim_record){0};
     march->mods = NULL;
@@ -259,7 +259,7 @@ static void run_march_pairs(struct planar_engine *l, const struct sim_options *o
         if (coarse.status == SIM_INTERRUPTED) {
             sim_result_set_status(result, coarse.status, coarse.mat, coarse.t_s);
             fine = coarse;
-            clear_moved_march(&coarse);
+            empty_march_after_move(&coarse);
             break;
         }
         start_march(l, &fine, options, steps, result);
@@ -298,7 +298,7 @@ static void run_march_pairs(struct planar_engine *l, const struct sim_options *o
         *rough = coarse;
         coarse = fine;
         steps = (uint64_t)ceil(STEP_RATIO * (double)steps);
-        clear_moved_march(&fine);
+        empty_march_after_move(&fine);
     }
     fill_result(l, &fine, &coarse, result);
     free_march(&coarse);
