@@ -984,11 +984,10 @@ enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
         return error_set(error, MR_MALFORMED,
                          "no end: %s: the end of the run is not given; give tend", where);
     if (scene->path_count > 0 && scene->path[0].t_s > SIM_CLOCK_S && !(end_s > scene->path[0].t_s))
-        return error_set(
-            error, MR_MALFORMED,
-            "end before the start: %s: the run ends at %.12g s, before the path begins at "
-            "%.12g s; give tend and t_out from the same zero of time as the path",
-            where, end_s, scene->path[0].t_s);
+        return error_set(error, MR_MALFORMED,
+                         "end before the start: %s: the run ends at %.12g s, but the path begins "
+                         "at %.12g s; give tend and t_out in the time of the path",
+                         where, end_s, scene->path[0].t_s);
     for (size_t i = 0; i < scene->t_out_s.count; i++) {
         if (scene->t_out_s.values[i] > end_s)
             return error_set(
