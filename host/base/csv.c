@@ -18,11 +18,12 @@ size_t csv_split(char *line, char *cell[], size_t most)
     line[strcspn(line, "\r\n")] = '\0';
     for (char *p = line; count < most;) {
         char *to = p;
-        bool quoted = *p == '"';
+        bool quoted = *p == '"', open = quoted;
         cell[count++] = p;
         for (p += quoted; *p && (quoted || *p != ','); p++) {
             if (quoted && *p == '"') {
                 quoted = p[1] == '"';
+                open = quoted;
                 if (!quoted)
                     continue;
                 p++;
@@ -30,6 +31,8 @@ size_t csv_split(char *line, char *cell[], size_t most)
             *to++ = *p;
         }
         bool more = *p == ',';
+        if (open)
+            return 0;
         *to = '\0';
         if (!more)
             break;

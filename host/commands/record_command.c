@@ -204,9 +204,13 @@ static void read_csv(const struct request *r, struct store *store, struct inspec
         struct request one = *r;
         if (!line[strspn(line, "\r\n")])
             continue;
-        if (csv_split(line, cell, WORDS_MAX) != columns)
+        size_t cells = csv_split(line, cell, WORDS_MAX);
+        if (cells == 0)
+            error_set(&error, MR_MALFORMED, "a quote is not closed; write each record on one line");
+        else if (cells != columns)
             error_set(&error, MR_MALFORMED,
-                      "the header has %zu cells; quote a text that has commas", columns);
+                      "the header has %zu cells and this line %zu; quote a text that has commas",
+                      columns, cells);
         for (size_t c = 0; c < columns && error.status == MR_OK; c++) {
             if (strcasecmp(head[c], place) == 0)
                 one.place = cell[c];

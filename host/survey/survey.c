@@ -414,6 +414,9 @@ static enum mr_status parse_row(const char *path, size_t line, char **cell, size
     /* ignore the empty columns of a spreadsheet */
     while (cells > names && cell[cells - 1][0] == '\0')
         cells--;
+    if (cells == 0)
+        return error_set(error, MR_MALFORMED, "a quote is not closed: %s, line %zu; close it", path,
+                         line);
     if (cells > names)
         return error_set(error, MR_MALFORMED,
                          "more cells than column names: %s, line %zu; write numbers with a point, "

@@ -120,6 +120,9 @@ csv_round_trip() {
     printf 'mat,joint_lb_in\n20,12.5\n21,-3\n' >"$tmp/bad.csv"
     fails_with 2 'bad.csv, line 3: out of range: -3 for joint_lb_in' $matrig record "$db" mat --csv "$tmp/bad.csv" && ! record mat | grep '12.5.* 20 ' &&
         printf 'mat,joint_lb_in\n20\n' >"$tmp/bad.csv" && fails_with 4 'line 2: the header has 2 cells' $matrig record "$db" mat --csv "$tmp/bad.csv" &&
+        printf 'run,station_ft,what,note\n2,88,weld,"abc\n3,12,joint,x"\n' >"$tmp/bad.csv" && fails_with 4 'line 2: a quote is not closed' $matrig record "$db" damage --csv "$tmp/bad.csv" &&
+        fails_with 2 'the damage ends beyond the runway' $matrig record "$db" damage 2 station_ft=118 length_ft=20 what=weld &&
+        fails_with 2 'the level part is longer than the track' $matrig record "$db" launch track_ft=100 level_ft=200 &&
         [ "$(sqlite3 "$db" "select count(*) from records where place = 20")" = 0 ]
 }
 corrected_later() { # records that kept the value that was corrected are named, and not changed
