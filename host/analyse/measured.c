@@ -236,7 +236,9 @@ double measured_speed_ft_s(const struct measured *measured, double t_s, double *
     struct mr_estimate speed_ft_s = is_motion_known(measured, t_s)
                                       ? track_compute_speed(measured->track, t_s)
                                       : (struct mr_estimate){(double)NAN, (double)NAN};
-    *error_ft_s = speed_ft_s.error;
+    *error_ft_s = measured->landing.clock_source > 0
+                    ? hypot(speed_ft_s.error, CLOCK_TOLERANCE * speed_ft_s.value)
+                    : speed_ft_s.error;
     return speed_ft_s.value;
 }
 

@@ -190,7 +190,7 @@ void record_reach_add(struct record_reach *reach, double t_s, double wheel_ft,
         double distance_ft;
     } limit[RECORD_REACH_LIMITS] = {
         [RECORD_REACH_EARLIEST] = {OUTCOME_MIN_ZONE_MATS - ZONES_ERROR_MATS,
-                                   OUTCOME_REACHED_DISTANCE_FT + (double)MR_SEGMENT_LENGTH_FT},
+                                   RECORD_REACH_WITHIN_FT},
         [RECORD_REACH_BEST] = {OUTCOME_MIN_ZONE_MATS, OUTCOME_REACHED_DISTANCE_FT},
         [RECORD_REACH_LATEST] = {OUTCOME_MIN_ZONE_MATS, 0.0},
     };
@@ -223,7 +223,7 @@ static struct record_reach find_reach(const struct measured *measured,
             break;
         if (isnan(wheel_ft) || !(measured_speed_ft_s(measured, t_s, &error_ft_s) > MIN_SPEED_FT_S))
             continue;
-        zones_find_closed_segments(measured, slack, i, left_in, &zone);
+        zones_find_closed_segments(measured, slack, i, RECORD_REACH_WITHIN_FT, left_in, &zone);
         record_reach_add(&reach, t_s, wheel_ft, &zone);
     }
     return reach;
@@ -301,7 +301,8 @@ static void judge_outcome_by_survey_after(const struct measured *measured,
     double stop_ft = measured->summary.stop_station_ft.value;
     if (measured->fit_status != MR_OK || slack->surveyed_segments == 0)
         return;
-    zones_find_closed_run(slack->slack_in, slack->slack_in, stop_ft, &zone);
+    zones_find_closed_run(slack->slack_in, slack->slack_in, stop_ft, OUTCOME_REACHED_DISTANCE_FT,
+                          &zone);
     bool at_it = zone.mats > 0 && (double)zone.start_ft - stop_ft < OUTCOME_REACHED_DISTANCE_FT;
     outcome->closed_after_mats = at_it ? (int64_t)zone.mats : 0;
     if (outcome->closed_after_mats < OUTCOME_MIN_ZONE_MATS || outcome->reached == OUTCOME_REACHED)
@@ -321,6 +322,7 @@ static enum mr_status judge_outcome_by_observations(struct store *store, int64_t
 {
     struct store_observation *row = NULL;
     size_t count = 0;
+    double observed_t_s = (double)NAN;
     enum mr_status status = store_observations(store, run, &row, &count, error);
     for (size_t i = 0; i < count; i++) {
         bool wave = strcmp(row[i].kind, "wave") == 0 && strcmp(row[i].form, "two-panel") != 0;
@@ -330,11 +332,14 @@ static enum mr_status judge_outcome_by_observations(struct store *store, int64_t
         outcome->break_count += strcmp(row[i].kind, "break") == 0;
         if (outcome->wave_count + outcome->break_count == 0)
             continue;
-        if (outcome->basis != OUTCOME_OBSERVATION && isnan(outcome->reached_t_s))
-            outcome->reached_t_s = row[i].time_s;
+        observed_t_s = fmin(observed_t_s, row[i].time_s);
         outcome->reached = OUTCOME_REACHED;
         outcome->basis = OUTCOME_OBSERVATION;
         outcome->unknown_reason = NULL;
+    }
+    if (isnan(outcome->reached_t_s)) {
+        outcome->reached_t_s = observed_t_s;
+        outcome->reached_earliest_s = outcome->reached_latest_s = (double)NAN;
     }
     free(row);
     return status;
@@ -621,19 +626,26 @@ bool record_is_marginal(const struct record_row *row)
            llabs(row->outcome.longest_mats - OUTCOME_MIN_ZONE_MATS) <= ZONES_ERROR_MATS;
 }
 
+/* Rounds to 0.1, without the sign of a negative zero. */
+static double round_to_tenth(double value)
+{
+    return round(10.0 * value) / 10.0 + 0.0;
+}
+
 const char *record_format_outcome(const struct record_row *row, char out[RECORD_TEXT_SIZE])
 {
     int used = snprintf(out, RECORD_TEXT_SIZE, "%s", record_verdict_text(row->verdict));
     if (isnan(row->lead_time_s))
         return out;
     used += snprintf(out + used, RECORD_TEXT_SIZE - (size_t)used, ", lead time about %.1f s",
-                     round(10.0 * row->lead_time_s) / 10.0 + 0.0);
+                     round_to_tenth(row->lead_time_s));
     const size_t size = RECORD_TEXT_SIZE - (size_t)used;
     if (isfinite(row->lead_time_high_s))
-        snprintf(out + used, size, " (75 %% interval: %.1f to %.1f s)", row->lead_time_low_s,
-                 row->lead_time_high_s);
+        snprintf(out + used, size, " (75 %% interval: %.1f to %.1f s)",
+                 round_to_tenth(row->lead_time_low_s), round_to_tenth(row->lead_time_high_s));
     else if (isfinite(row->lead_time_low_s))
-        snprintf(out + used, size, " (75 %% interval: %.1f s or more)", row->lead_time_low_s);
+        snprintf(out + used, size, " (75 %% interval: %.1f s or more)",
+                 round_to_tenth(row->lead_time_low_s));
     return out;
 }
 

@@ -85,9 +85,12 @@ struct record_reach {
         /* time since which the wheel has been at such a zone; NaN: it is not at one now */
         [RECORD_REACH_LIMITS];
 };
+/* distance ahead of the wheel within which the zone of record_reach_add must begin: the largest
+ * that any of the limits allows */
+#define RECORD_REACH_WITHIN_FT (OUTCOME_REACHED_DISTANCE_FT + (double)MR_SEGMENT_LENGTH_FT)
 void record_reach_init(struct record_reach *reach);
-/* Adds the longest zone ahead of the wheel at a time. Call in order of time, at least every 0.05 s,
- * while the wheel rolls. */
+/* Adds the longest zone that begins within RECORD_REACH_WITHIN_FT of the wheel at a time. Call in
+ * order of time, at least every 0.05 s, while the wheel rolls. */
 void record_reach_add(struct record_reach *reach, double t_s, double wheel_ft,
                       const struct mr_closure_zone *zone);
 
@@ -185,8 +188,8 @@ void record_free(struct record *record);
 
 const char *record_verdict_text(enum record_verdict verdict);
 /* Writes the outcome with its lead time, in the form used in all output: "hit, lead time about 1.6
- * s (1.2 to 1.6 s at the resolution of 10 mats)". */
-#define RECORD_TEXT_SIZE 300
+ * s (75 % interval: 1.2 to 1.9 s)". */
+#define RECORD_TEXT_SIZE 400
 const char *record_format_outcome(const struct record_row *row, char out[RECORD_TEXT_SIZE]);
 /* Writes the evidence for the outcome: when the board warned, and what the wheel reached. */
 const char *record_format_evidence(const struct record_row *row, char out[RECORD_TEXT_SIZE]);

@@ -268,6 +268,11 @@ static void set_end_moments(const struct measured *measured, struct track *track
         return;
     track->first_gate = make_gate_moment(track, track->first_gate.t_s);
     track->last_gate = make_gate_moment(track, track->last_gate.t_s);
+    /* just before the stop, from the time of the stop and from the braking at the last gate */
+    struct mr_estimate braking_ft_s2 = track_compute_deceleration(track, track->last_gate.t_s);
+    track->stopping_speed_error_ft_s =
+        hypot(braking_ft_s2.value * summary->stop_t_s.error,
+              braking_ft_s2.error * fmax(0.0, track->stop.t_s - track->last_gate.t_s));
     track->stop.t_s = fmax(track->stop.t_s, track->last_gate.t_s);
 }
 
@@ -288,7 +293,7 @@ void track_make(const struct measured *measured, struct track *track)
         track->t_s[track->gate_count] = gate->t_s - track->first_gate.t_s;
         track->station_ft[track->gate_count++] = gate->station_ft;
     }
-    if (track->gate_count >= PARABOLA_TERMS)
+    if (track->gate_count > PARABOLA_TERMS)
         select_models(track);
     track->has_gates = track->model_count > 0;
     track->is_known = true;
@@ -337,8 +342,11 @@ static struct track_moment compute_moment(const struct track *track, double t_s,
         rising.speed_ft_s.error = hypot(rising.speed_ft_s.error, track->brake_error_ft_s);
         return rising;
     }
-    if (t_s > track->last_gate.t_s)
-        return interpolate_cubic(&track->last_gate, stop, t_s);
+    if (t_s > track->last_gate.t_s) {
+        struct track_moment stopping = *stop;
+        stopping.speed_ft_s.error = track->stopping_speed_error_ft_s;
+        return interpolate_cubic(&track->last_gate, &stopping, t_s);
+    }
     return (struct track_moment){t_s, predict(track, STATION, t_s, with_error),
                                  predict(track, SPEED, t_s, with_error)};
 }

@@ -33,8 +33,9 @@ struct track {
     bool is_known;
     double start_s; /* time from which on the station is known: first edge, or touchdown */
     struct track_moment touchdown, first_gate, last_gate, stop;
-    double brake_error_ft_s; /* standard error of the speed while the deceleration rises */
-    /* false: fewer than three gates beyond touchdown; a cubic connects touchdown and stop */
+    double brake_error_ft_s;          /* standard error of the speed while the deceleration rises */
+    double stopping_speed_error_ft_s; /* standard error of the speed just before the stop */
+    /* false: fewer than four gates beyond touchdown; a cubic connects touchdown and stop */
     bool has_gates;
     size_t gate_count;                                  /* number of gates beyond touchdown */
     double t_s[MR_GATES_MAX], station_ft[MR_GATES_MAX]; /* times are relative to the first gate */

@@ -191,7 +191,7 @@ static double find_run_end_ft(const float *slack_in, const float *remaining_in, 
 }
 
 void zones_find_closed_run(const float *slack_in, const float *remaining_in, double wheel_ft,
-                           struct mr_closure_zone *zone)
+                           double within_ft, struct mr_closure_zone *zone)
 {
     double longest_ft = 0.0;
     *zone = (struct mr_closure_zone){0};
@@ -207,7 +207,7 @@ void zones_find_closed_run(const float *slack_in, const float *remaining_in, dou
         unsigned mats = end_ft > start_ft
                           ? (unsigned)((end_ft - start_ft) / (double)MR_MAT_LENGTH_FT + 0.5)
                           : 0;
-        if (mats == 0 || !(end_ft - start_ft > longest_ft))
+        if (mats == 0 || start_ft - wheel_ft > within_ft || !(end_ft - start_ft > longest_ft))
             continue;
         longest_ft = end_ft - start_ft;
         *zone = (struct mr_closure_zone){mats, (float)start_ft, (float)end_ft};
@@ -215,7 +215,7 @@ void zones_find_closed_run(const float *slack_in, const float *remaining_in, dou
 }
 
 void zones_find_closed_segments(const struct measured *measured, const struct zones_slack *closure,
-                                size_t sample, float remaining_in[MR_SEGMENTS],
+                                size_t sample, double within_ft, float remaining_in[MR_SEGMENTS],
                                 struct mr_closure_zone *zone)
 {
     float station_ft[MR_TRANSDUCERS];
@@ -236,7 +236,7 @@ void zones_find_closed_segments(const struct measured *measured, const struct zo
         .wheel_ft = (float)measured_station_ft(measured, t_s),
     };
     mr_closure_find_zone(&input, zone, remaining_in);
-    zones_find_closed_run(closure->slack_in, remaining_in, (double)input.wheel_ft, zone);
+    zones_find_closed_run(closure->slack_in, remaining_in, (double)input.wheel_ft, within_ft, zone);
 }
 
 /* ---- answer ---- */

@@ -102,18 +102,18 @@ enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_
  * 68 % of the errors are smaller, 90 % are below 30 mats (tests/score/outcome.c). */
 #define ZONES_ERROR_MATS            10
 
-/* Finds the longest run of closed segments that ends ahead of the wheel; of equally long runs, the
- * nearest. A run that contains the wheel begins at the wheel. A run may end inside a segment that
- * closed only partly: movement closes joints from the upfield end, so the fraction of its joints
- * that are closed equals the fraction of its slack that is used up. `slack_in` is the slack before
- * the movement, and `remaining_in` the slack that is left (MR_SEGMENTS values each; NaN: not
- * known). */
+/* Finds the longest run of closed segments that ends ahead of the wheel and begins at most
+ * `within_ft` ahead of it (INFINITY: anywhere); of equally long runs, the nearest. A run that
+ * contains the wheel begins at the wheel. A run may end inside a segment that closed only partly:
+ * movement closes joints from the upfield end, so the fraction of its joints that are closed equals
+ * the fraction of its slack that is used up. `slack_in` is the slack before the movement, and
+ * `remaining_in` the slack that is left (MR_SEGMENTS values each; NaN: not known). */
 void zones_find_closed_run(const float *slack_in, const float *remaining_in, double wheel_ft,
-                           struct mr_closure_zone *zone);
+                           double within_ft, struct mr_closure_zone *zone);
 /* Computes the remaining slack of each segment and the longest run of closed segments at a sample
  * of the landing. */
 void zones_find_closed_segments(const struct measured *measured, const struct zones_slack *closure,
-                                size_t sample, float remaining_in[MR_SEGMENTS],
+                                size_t sample, double within_ft, float remaining_in[MR_SEGMENTS],
                                 struct mr_closure_zone *zone);
 
 /* Inputs of the board's predictor in a landing: the runway with which it began, and inputs that

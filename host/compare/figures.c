@@ -223,7 +223,7 @@ struct compare_zone compare_find_closed_zone(const float *slack_in, const float 
                                              double wheel_ft)
 {
     struct mr_closure_zone run;
-    zones_find_closed_run(slack_in, remaining_in, wheel_ft, &run);
+    zones_find_closed_run(slack_in, remaining_in, wheel_ft, (double)INFINITY, &run);
     return convert_closed_run(&run, wheel_ft);
 }
 
@@ -293,7 +293,8 @@ static struct compare_zone find_measured_zone(const struct measured *measured,
     if (survey->surveyed_segments == 0 || !(sample >= 0.0 && sample < (double)measured->samples) ||
         !has_movement(measured, (size_t)sample))
         return (struct compare_zone){.is_known = false};
-    zones_find_closed_segments(measured, survey, (size_t)sample, remaining_in, &run);
+    zones_find_closed_segments(measured, survey, (size_t)sample, (double)INFINITY, remaining_in,
+                               &run);
     return convert_closed_run(&run, measured_station_ft(measured, t_s));
 }
 

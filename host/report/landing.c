@@ -180,7 +180,8 @@ static void write_speed(const struct report *report, const struct report_landing
     figure_end(
         &figure, keys,
         "Curve: smoothed through the switches; how smooth, the switches decide. Deceleration: "
-        "mean over about the time between two switches. Residual: station of a switch minus "
+        "mean over about the time between two switches; faster changes, as by anti-skid, are not "
+        "in the bands. Residual: station of a switch minus "
         "its prediction from the other switches, with 95 %% interval.");
 }
 
@@ -355,7 +356,8 @@ static void draw_closed_segments(struct figure *figure, const struct report_land
         t_s = measured_time_s(measured, i);
         if (t_s < -0.2 || t_s > last_s)
             continue;
-        zones_find_closed_segments(measured, &landing->survey, i, remaining_in, &zone);
+        zones_find_closed_segments(measured, &landing->survey, i, (double)INFINITY, remaining_in,
+                                   &zone);
         for (unsigned s = 0; s < MR_SEGMENTS; s++) {
             bool closed = remaining_in[s] < ZONES_CLOSED_SEGMENT_MAX_IN;
             if (closed && isnan(since_s[s])) {

@@ -118,8 +118,8 @@ static void set_zones(const struct report_landing *landing, struct report_facts 
         return;
     float remaining_in[MR_SEGMENTS];
     struct mr_closure_zone zone;
-    zones_find_closed_segments(measured, &landing->survey, measured->samples - 1, remaining_in,
-                               &zone);
+    zones_find_closed_segments(measured, &landing->survey, measured->samples - 1, (double)INFINITY,
+                               remaining_in, &zone);
     for (unsigned s = 0; s < MR_SEGMENTS && s < 64; s++)
         facts->closed_segments |= remaining_in[s] < ZONES_CLOSED_SEGMENT_MAX_IN ? 1ull << s : 0ull;
 }

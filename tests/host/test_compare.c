@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include "common/wire.h"
+#include "host/analyse/record.h"
 #include "host/analyse/measured_load.h"
 #include "host/compare/limits.h"
 #include "host/compare/landing.h"
@@ -305,6 +306,29 @@ TEST(zones_by_segments)
     assert_true(o.share == 0.0 && isnan(o.end_difference_ft));
     assert_false(
         compare_compute_overlap(&ahead, &(struct compare_zone){.is_known = false}).is_known);
+}
+
+/* A longer zone farther ahead does not hide the one at the wheel. */
+TEST(the_zone_near_the_wheel)
+{
+    const double segment_ft = 20.0 / 7.0;
+    float slack_in[MR_SEGMENTS], left_in[MR_SEGMENTS];
+    struct mr_closure_zone zone;
+    struct record_reach reach;
+    for (unsigned k = 0; k < MR_SEGMENTS; k++) {
+        slack_in[k] = 0.3f;
+        left_in[k] = (k >= 10 && k <= 15) || (k >= 25 && k <= 34) ? 0.0f : 0.3f;
+    }
+    zones_find_closed_run(slack_in, left_in, 10.0 * segment_ft, (double)INFINITY, &zone);
+    assert_int_equal(zone.mats, 100);
+    record_reach_init(&reach);
+    for (unsigned k = 0; k < 10; k++) {
+        zones_find_closed_run(slack_in, left_in, 10.0 * segment_ft, RECORD_REACH_WITHIN_FT, &zone);
+        assert_int_equal(zone.mats, 60);
+        record_reach_add(&reach, 0.02 * k, 10.0 * segment_ft, &zone);
+    }
+    assert_int_equal(reach.longest_mats, 60);
+    assert_near(reach.reached_t_s[RECORD_REACH_BEST], 0.0, 0.0);
 }
 
 static const char campaign_text[] =

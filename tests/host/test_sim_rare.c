@@ -129,7 +129,7 @@ TEST(a_run_begins_with_the_first_row_on_another_clock)
         scene.t_end_s = 0.4;
         assert_int_equal(attempt(&scene, NULL, 0.0, 0.0, &result), k < 2 ? MR_OK : MR_MALFORMED);
         if (k >= 2)
-            assert_non_null(strstr(error.text, "0.4 s and the path begins at 1700000000 s"));
+            assert_non_null(strstr(error.text, "0.4 s, but the path begins at 1700000000 s"));
         sim_result_free(&result);
         sim_scene_free(&scene);
     }

@@ -115,7 +115,8 @@ static void tell(const char *name, const char *what, const struct held *held, do
 static void check(const char *name, double most_ripple, double least_hz, double least, double most,
                   double least_speed, double least_deceleration)
 {
-    struct held station = {0}, speed = {0}, early = {0}, residual = {0}, deceleration = {0};
+    struct held station = {0}, speed = {0}, early = {0}, residual = {0}, late = {0},
+                deceleration = {0};
     unsigned landings = 0;
     for (uint64_t seed = 1; landings < LANDINGS; seed++) {
         struct case_ c = {0};
@@ -135,6 +136,8 @@ static void check(const char *name, double most_ripple, double least_hz, double 
         for (size_t i = 1; i + 1 < track.gate_count; i++)
             see(&residual, track_compute_residual_ft(&track, i), 0.0);
         for (unsigned i = 0; i < MOMENTS; i++) {
+            double late_s = last_s + (c.landing.stop_s - last_s) * seeded_uniform(&state);
+            see(&late, track_compute_speed(&track, late_s - first_s), truth_speed_ft_s(&c, late_s));
             double t_s = SEEDED_TOUCHDOWN_S + 0.05 +
                          (last_s - SEEDED_TOUCHDOWN_S - 0.05) * seeded_uniform(&state);
             see(&station, track_compute_station(&track, t_s - first_s), truth_ft(&c, t_s));
@@ -146,6 +149,8 @@ static void check(const char *name, double most_ripple, double least_hz, double 
                 -difference(truth_speed_ft_s, &c, t_s, 1e-3));
         }
     }
+    /* beyond the last gate; what changes there is not seen */
+    tell(name, "late speed", &late, most_ripple > 0.05 ? 0.0 : 0.9, 1.0);
     tell(name, "residual", &residual, 0.92, 1.0);
     tell(name, "station", &station, least, most);
     tell(name, "early speed", &early, 0.92, 1.0); /* while the brake rises */
