@@ -293,7 +293,7 @@ void track_make(const struct measured *measured, struct track *track)
         track->t_s[track->gate_count] = gate->t_s - track->first_gate.t_s;
         track->station_ft[track->gate_count++] = gate->station_ft;
     }
-    if (track->gate_count > PARABOLA_TERMS)
+    if (track->gate_count >= PARABOLA_TERMS)
         select_models(track);
     track->has_gates = track->model_count > 0;
     track->is_known = true;

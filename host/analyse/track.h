@@ -35,7 +35,7 @@ struct track {
     struct track_moment touchdown, first_gate, last_gate, stop;
     double brake_error_ft_s;          /* standard error of the speed while the deceleration rises */
     double stopping_speed_error_ft_s; /* standard error of the speed just before the stop */
-    /* false: fewer than four gates beyond touchdown; a cubic connects touchdown and stop */
+    /* false: fewer than three gates beyond touchdown; a cubic connects touchdown and stop */
     bool has_gates;
     size_t gate_count;                                  /* number of gates beyond touchdown */
     double t_s[MR_GATES_MAX], station_ft[MR_GATES_MAX]; /* times are relative to the first gate */
@@ -63,7 +63,8 @@ struct mr_estimate track_compute_speed(const struct track *track, double t_s);
  * first gate beyond touchdown and the last gate. */
 struct mr_estimate track_compute_deceleration(const struct track *track, double t_s);
 /* Returns the station of a gate (index below gate_count) minus its prediction from the other gates,
- * with the standard error of this difference. */
+ * with the standard error of this difference. Requires TRACK_RESIDUAL_GATES_MIN gates. */
+#define TRACK_RESIDUAL_GATES_MIN 4u
 struct mr_estimate track_compute_residual_ft(const struct track *track, size_t gate);
 
 /* The film of a landing: the frame number of each camera pulse, and the gear position in that

@@ -175,7 +175,8 @@ static void write_speed(const struct report *report, const struct report_landing
     draw_speed(&figure, landing, axes);
     if (measured->track->has_gates) {
         draw_deceleration(&figure, landing, axes);
-        draw_residuals(&figure, measured->track, axes);
+        if (measured->track->gate_count >= TRACK_RESIDUAL_GATES_MIN)
+            draw_residuals(&figure, measured->track, axes);
     }
     figure_end(
         &figure, keys,
