@@ -291,6 +291,7 @@ static void check_request(const struct request *r)
         {!r->kind && !r->correct && !r->measure && (r->fields || r->csv || r->path),
          "no kind: give matrig record DB KIND; matrig record --kinds lists the kinds"},
         {r->compare && !r->place, "one landing only: give matrig record DB --compare RUN RUN"},
+        {r->correct && !r->fields, "no field: --correct N needs FIELD=VALUE"},
         {(r->correct || r->withdraw) && (r->kind || r->place),
          "unexpected KIND or PLACE: --correct and --withdraw need the number of the record only"},
         {r->kind && r->place && (r->csv || (r->path && r->kind->place != INSPECTION_LANDING)),

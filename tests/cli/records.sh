@@ -224,6 +224,7 @@ not a temperature: .C. for temperature_f|conditions 1 temperature_f=C
 not a temperature: . C. for temperature_f|conditions 1 temperature_f='24 C+-'
 not a temperature: .24 degCs. for|conditions 1 temperature_f='24 degCs'
 not a list of marks|picture 1 height_ft='2 ft: 100,300 500,300 200,240 px'
+no field: --correct N needs|--correct 1 --reason x
 unexpected PLACE|mat 12 -o $tmp/no.csv
 no kind|12 -o $tmp/no.csv
 unexpected PLACE|damage 2 --csv $tmp/once.csv
