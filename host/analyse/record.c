@@ -303,8 +303,7 @@ static void judge_outcome_by_survey_after(const struct measured *measured,
         return;
     zones_find_closed_run(slack->slack_in, slack->slack_in, stop_ft, OUTCOME_REACHED_DISTANCE_FT,
                           &zone);
-    bool at_it = zone.mats > 0 && (double)zone.start_ft - stop_ft < OUTCOME_REACHED_DISTANCE_FT;
-    outcome->closed_after_mats = at_it ? (int64_t)zone.mats : 0;
+    outcome->closed_after_mats = (int64_t)zone.mats;
     if (outcome->closed_after_mats < OUTCOME_MIN_ZONE_MATS || outcome->reached == OUTCOME_REACHED)
         return;
     if (outcome->reached == OUTCOME_NOT_REACHED) {

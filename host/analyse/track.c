@@ -317,7 +317,8 @@ static struct track_moment interpolate_cubic(const struct track_moment *from,
          from->speed_ft_s.error + (to->speed_ft_s.error - from->speed_ft_s.error) * x}};
 }
 
-static struct track_moment compute_moment(const struct track *track, double t_s, bool with_error)
+/* Station and speed at a time that is not between the first and the last gate. */
+static struct track_moment compute_moment_outside(const struct track *track, double t_s)
 {
     const struct track_moment *touchdown = &track->touchdown, *stop = &track->stop;
     const struct mr_estimate unknown = {(double)NAN, (double)NAN};
@@ -342,30 +343,35 @@ static struct track_moment compute_moment(const struct track *track, double t_s,
         rising.speed_ft_s.error = hypot(rising.speed_ft_s.error, track->brake_error_ft_s);
         return rising;
     }
-    if (t_s > track->last_gate.t_s) {
-        struct track_moment stopping = *stop;
-        stopping.speed_ft_s.error = track->stopping_speed_error_ft_s;
-        return interpolate_cubic(&track->last_gate, &stopping, t_s);
-    }
-    return (struct track_moment){t_s, predict(track, STATION, t_s, with_error),
-                                 predict(track, SPEED, t_s, with_error)};
+    struct track_moment stopping = *stop;
+    stopping.speed_ft_s.error = track->stopping_speed_error_ft_s;
+    return interpolate_cubic(&track->last_gate, &stopping, t_s);
+}
+
+static bool is_between_gates(const struct track *track, double t_s)
+{
+    return track->has_gates && t_s >= track->first_gate.t_s && t_s <= track->last_gate.t_s &&
+           t_s < track->stop.t_s;
 }
 
 double track_station_ft(const struct track *track, double t_s)
 {
-    return compute_moment(track, t_s, false).station_ft.value;
+    return is_between_gates(track, t_s) ? predict(track, STATION, t_s, false).value
+                                        : compute_moment_outside(track, t_s).station_ft.value;
 }
 
 struct mr_estimate track_compute_station(const struct track *track, double t_s)
 {
     if (!track->has_gates)
         return (struct mr_estimate){(double)NAN, (double)NAN};
-    return compute_moment(track, t_s, true).station_ft;
+    return is_between_gates(track, t_s) ? predict(track, STATION, t_s, true)
+                                        : compute_moment_outside(track, t_s).station_ft;
 }
 
 struct mr_estimate track_compute_speed(const struct track *track, double t_s)
 {
-    return compute_moment(track, t_s, true).speed_ft_s;
+    return is_between_gates(track, t_s) ? predict(track, SPEED, t_s, true)
+                                        : compute_moment_outside(track, t_s).speed_ft_s;
 }
 
 struct mr_estimate track_compute_deceleration(const struct track *track, double t_s)
