@@ -314,22 +314,59 @@ static const char *broken_rule(const struct store_record *row, const json_t *val
     return json_object_size(values) == 0 ? "no value; give FIELD=VALUE" : NULL;
 }
 
-/* Returns the valid record that forbids the new one: it has or had the same values, or it is of a
- * kind with one record per landing. NULL: none. */
-static const struct inspection *find_same(const struct inspections *all,
-                                          const struct store_record *row)
+/* Returns true for two records of one subject: the same landing, mat, joint or station. Damage and
+ * pictures of a landing are told apart by the first two fields of their kind. */
+static bool is_same_subject(const struct inspection *entry, const struct store_record *row,
+                            const json_t *values)
 {
-    for (EACH(entry, all)) {
-        const struct inspection *valid = entry;
-        while (valid->replaced_by && row->corrects == STORE_NONE)
-            valid = valid->replaced_by;
-        if (inspection_is_valid(valid, NULL, 0) && strcmp(entry->row.kind, row->kind) == 0 &&
-            entry->row.run == row->run && !(fabs(entry->row.place - row->place) > 0.0) &&
-            ((inspection_is_single(entry->kind) && entry->row.id != row->corrects) ||
-             strcmp(entry->row.fields, row->fields) == 0))
-            return valid;
+    const size_t fields =
+        entry->kind->place == INSPECTION_LANDING && !inspection_is_single(entry->kind) ? 2 : 0;
+    if (strcmp(entry->row.kind, row->kind) != 0 || entry->row.run != row->run ||
+        fabs(entry->row.place - row->place) > 0.0)
+        return false;
+    for (size_t f = 0; f < fields; f++) {
+        const json_t *is = json_object_get(entry->values, entry->kind->field[f].name),
+                     *other = json_object_get(values, entry->kind->field[f].name);
+        if (is != other && !json_equal(is, other))
+            return false;
     }
+    return true;
+}
+
+/* Returns the record that the new one repeats: the newest of its subject if it has or had the same
+ * values, or if its kind has one record per landing. NULL: none. */
+static const struct inspection *find_same(const struct inspections *all,
+                                          const struct store_record *row, const json_t *values)
+{
+    const struct inspection *newest = NULL;
+    for (EACH(entry, all))
+        if (inspection_is_valid(entry, NULL, 0) && is_same_subject(entry, row, values) &&
+            (!newest || entry->origin > newest->origin))
+            newest = entry;
+    for (const struct inspection *same = newest; same; same = same->corrected)
+        if (inspection_is_single(same->kind) || strcmp(same->row.fields, row->fields) == 0)
+            return newest;
     return NULL;
+}
+
+static void append(struct inspections *all, const struct store_record *row)
+{
+    struct inspection *entry = &all->entry[all->count];
+    struct error none = {0};
+    *entry = (struct inspection){.row = *row, .origin = row->id};
+    all->next_id = row->id + 1;
+    if (inspection_kind_find(row->kind, &entry->kind, &none) != MR_OK)
+        return;
+    if (row->fields[0])
+        entry->values = json_loads(row->fields, 0, NULL) ?: json_object();
+    for (struct inspection *old = all->entry; row->corrects != STORE_NONE && old < entry; old++) {
+        if (old->row.id != row->corrects)
+            continue;
+        entry->corrected = old;
+        entry->origin = old->origin;
+        old->replaced_by = entry;
+    }
+    all->count++;
 }
 
 enum mr_status inspection_add(struct store *store, struct inspections *all,
@@ -353,7 +390,9 @@ enum mr_status inspection_add(struct store *store, struct inspections *all,
     const char *broken = values ? broken_rule(row, values) : NULL;
     if (broken)
         return error_set(error, MR_USAGE, "wrong record of %s: %s", row->kind, broken);
-    const struct inspection *same = values ? find_same(all, &put) : NULL;
+    const struct inspection *same = values && row->corrects == STORE_NONE
+                                      ? find_same(all, &put, values)
+                                      : NULL;
     if (same)
         return error_set(error, MR_USAGE,
                          "recorded already: record %lld of %s; matrig record DB --correct %lld "
@@ -361,8 +400,13 @@ enum mr_status inspection_add(struct store *store, struct inspections *all,
                          (long long)same->row.id, row->kind, (long long)same->row.id);
     if (store_record_add(store, &put, error) != MR_OK)
         return error->status;
-    inspection_free(all);
-    return inspection_load(store, all, error);
+    if (all->count == all->room) {
+        inspection_free(all);
+        return inspection_load(store, all, error);
+    }
+    put.id = all->next_id;
+    append(all, &put);
+    return MR_OK;
 }
 
 enum mr_status inspection_load(struct store *store, struct inspections *all, struct error *error)
@@ -370,24 +414,12 @@ enum mr_status inspection_load(struct store *store, struct inspections *all, str
     struct store_record *rows = NULL;
     size_t count = 0;
     enum mr_status status = store_records(store, &rows, &count, error);
-    *all = (struct inspections){.entry = xcalloc(count + 1, sizeof *all->entry)};
-    for (size_t i = 0; i < count; i++) {
-        struct inspection *entry = &all->entry[all->count];
-        struct error none = {0};
-        *entry = (struct inspection){.row = rows[i], .origin = rows[i].id};
-        if (inspection_kind_find(rows[i].kind, &entry->kind, &none) != MR_OK)
-            continue;
-        if (rows[i].fields[0])
-            entry->values = json_loads(rows[i].fields, 0, NULL) ?: json_object();
-        for (struct inspection *old = all->entry; old < entry; old++) {
-            if (old->row.id != rows[i].corrects)
-                continue;
-            entry->corrected = old;
-            entry->origin = old->origin;
-            old->replaced_by = entry;
-        }
-        all->count++;
-    }
+    /* with as many free entries again, so that the time to add records is in proportion to their
+     * number */
+    *all = (struct inspections){.room = 2 * count + 16, .next_id = 1};
+    all->entry = xcalloc(all->room, sizeof *all->entry);
+    for (size_t i = 0; i < count; i++)
+        append(all, &rows[i]);
     free(rows);
     return status;
 }

@@ -77,7 +77,8 @@ struct inspection {
 };
 struct inspections {
     struct inspection *entry; /* records in ascending order of id */
-    size_t count;
+    size_t count, room;       /* number of entries in use and allocated */
+    int64_t next_id;
 };
 /* Loads all records, except those of kinds that this version of matrig does not know. Call
  * inspection_free in every case. */
@@ -109,9 +110,9 @@ bool inspection_copy_value(const struct inspection_field *field, const json_t *f
 /* Returns the path of an unchanged picture, which the caller frees. NULL: the record has no
  * picture, or the picture has changed. */
 char *inspection_find_picture(const struct inspection *entry, struct error *error);
-/* Writes a row with these values, except nulls (`values` NULL: a withdrawal), and loads all records
- * again. Refuses a record that breaks a rule of records.def or that already exists. The caller
- * begins and ends the transaction. */
+/* Writes a row with these values, except nulls (`values` NULL: a withdrawal), and adds it to `all`,
+ * whose entries may move. Refuses a record that breaks a rule of records.def or repeats the newest
+ * one of its subject. The caller begins and ends the transaction. */
 enum mr_status inspection_add(struct store *store, struct inspections *all,
                               const struct store_record *row, json_t *values, struct error *error);
 /* Returns the number of a field (NaN: none) and its standard error (0: none). */

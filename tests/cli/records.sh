@@ -208,6 +208,19 @@ once() { # a field given twice, a record or a sheet entered twice; the second pi
         $matrig --quiet record "$tmp/o.db" --correct 1 joint_lb_in=13 --reason x >/dev/null && fails_with 2 'recorded already: record 4 of mat; .* --correct 4 ' $matrig record "$tmp/o.db" mat 20 joint_lb_in=12.5 &&
         $matrig --quiet record "$tmp/o.db" --withdraw 4 --reason x >/dev/null && $matrig --quiet record "$tmp/o.db" mat 20 joint_lb_in=12.5 >/dev/null
 }
+measured_again() { # a third reading may equal the first; a sheet with all three goes out and in
+    cp "$tmp/none.db" "$tmp/o.db"
+    o() { $matrig --quiet record "$tmp/o.db" "$@"; }
+    o mat 20 joint_lb_in=12.5 >/dev/null && o mat 20 joint_lb_in=13 >/dev/null && o mat 20 joint_lb_in=12.5 >/dev/null && fails_with 2 'recorded already: record 3 of mat' $matrig record "$tmp/o.db" mat 20 joint_lb_in=12.5 || return 1
+    o damage 1 what=weld station_ft=88 pieces=2 >/dev/null && o damage 1 what=weld station_ft=88 pieces=3 >/dev/null && o damage 1 what=rivet station_ft=88 >/dev/null && o damage 1 what=weld station_ft=88 pieces=2 >/dev/null &&
+        fails_with 2 'recorded already: record 7 of damage' $matrig record "$tmp/o.db" damage 1 what=weld station_ft=88 pieces=2 && fails_with 2 'recorded already: record 6 of damage' $matrig record "$tmp/o.db" damage 1 what=rivet station_ft=88 || return 1
+    o mat -o "$tmp/again.csv" && $matrig --quiet record "$tmp/again.db" mat --csv "$tmp/again.csv" >/dev/null && fails_with 2 'recorded already: record 3 of mat' $matrig record "$tmp/again.db" mat 20 joint_lb_in=12.5 || return 1
+    printf 'mat,joint_lb_in\n21,12.5\n22,12.5\n21,12.5\n' >"$tmp/again.csv" && fails_with 2 'again.csv, line 4: recorded already' $matrig record "$tmp/o.db" mat --csv "$tmp/again.csv"
+}
+large_sheet() { # in proportion to its lines: 0.3 s of processor; 20 s when all records were loaded again for each line
+    (echo mat,joint_lb_in && seq -f '%.0f' 3000 | awk '{print $1 % 420 + 1 "," 12 + $1 / 1000}') >"$tmp/large.csv"
+    (ulimit -t 6 && $matrig --quiet record "$tmp/large.db" mat --csv "$tmp/large.csv" | grep '^records added *3000$') && $matrig --quiet record "$tmp/large.db" mat -o "$tmp/out.csv" && [ "$(grep -c ^ "$tmp/out.csv")" = 3001 ]
+}
 rules() { # each sentence names what is wrong
     cp "$tmp/none.db" "$tmp/o.db"
     while IFS='|' read -r expected words; do
@@ -377,6 +390,8 @@ check "sheets with two records of a landing, and with none" bad_sheets
 check "a sheet has the worst result of its lines" worst_of_a_sheet
 check "the first records while a log runs" during_a_log
 check "nothing is recorded twice" once
+check "a later reading may equal an earlier one" measured_again
+check "a sheet of 3,000 lines" large_sheet
 check "records that contradict themselves are refused" rules
 check "kept values can be left out, and are the newest" kept_values
 check "a value beyond its limit is named" names_the_limit
