@@ -161,27 +161,13 @@ static bool land(const char *name, const char *keys, const struct braked *braked
 
 /* ---- files ---- */
 
-/* The longest true zone that the wheel comes to, as score_event_s looks for it. */
-static int most_mats(const struct score_landing *landing)
-{
-    int most = 0;
-    for (unsigned k = 0; k < landing->looks; k++) {
-        double wheel_ft = (double)landing->wheel_ft[k];
-        struct score_zone zone = score_longest(landing->gap_hmil[k], wheel_ft);
-        bool at_it = wheel_ft > 0.0 && zone.first * SCORE_MAT_FT - wheel_ft < SCORE_EVENT_FT &&
-                     (double)landing->speed_at_ft_s[k] > SCORE_SLOW_FT_S;
-        if (at_it && zone.last - zone.first > most)
-            most = zone.last - zone.first;
-    }
-    return most;
-}
-
 static bool write_run(const char *folder, const char *name, const struct score_landing *landing,
                       double touchdown_ft, uint64_t *state)
 {
     char file[512];
+    int16_t most_mats;
     double gap_in[SCORE_JOINTS], stop_s = TRUTH_BEGIN_S + landing->stop_s,
-                                 event_s = score_event_s(landing);
+                                 event_s = score_event_s(landing, &most_mats);
     event_s = isnan(event_s) ? -1.0 : TRUTH_BEGIN_S + event_s;
     for (unsigned j = 0; j < SCORE_JOINTS; j++)
         gap_in[j] = (double)landing->gap_in[j];
@@ -190,7 +176,7 @@ static bool write_run(const char *folder, const char *name, const struct score_l
                 name);
     syn_run_add(&run, "landing %u\nduration_s %.3f\n", landing->number, stop_s + REST_S + STORE_S);
     syn_run_add(&run, "touchdown %.6f %.9f\n", touchdown_ft, TRUTH_BEGIN_S + landing->touchdown_s);
-    syn_run_add(&run, "truth event_s %.3f\ntruth most_mats %d\n", event_s, most_mats(landing));
+    syn_run_add(&run, "truth event_s %.3f\ntruth most_mats %d\n", event_s, most_mats);
     truth_run_switches(&run, landing);
     for (unsigned i = 0; i < TRUTH_TRANSDUCERS; i++)
         syn_run_add(&run, "transducer %u %.1f\n", i + 1, 10.0 * (FIRST_STATION + i));
@@ -207,7 +193,7 @@ static bool write_run(const char *folder, const char *name, const struct score_l
         fprintf(stderr, "land: %s: %s\n", file, strerror(errno));
         return false;
     }
-    printf("%s %u %.3f %d\n", name, landing->number, event_s, most_mats(landing));
+    printf("%s %u %.3f %d\n", name, landing->number, event_s, most_mats);
     return true;
 }
 

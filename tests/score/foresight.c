@@ -373,7 +373,7 @@ static void on_armed(void *ctx, const struct mr_predictor *predictor,
 {
     struct listener *l = ctx;
     l->landing = landing;
-    l->event_s = score_event_s(landing);
+    l->event_s = score_event_s(landing, NULL);
     l->slack_ft = slack_ft(l);
     advised_draw_plan(landing, l->truth->series.number, &l->row->told, &l->plan);
     l->plan.landings = (float)predictor->landings;

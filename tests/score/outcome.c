@@ -14,27 +14,15 @@
 #include "host/base/statistics.h"
 #include "tests/score/score.h"
 
-#define MEAN_NOISE_IN   0.0004 /* of a moving mean over 0.02 s */
-#define GAIN_ERROR      0.001
-#define SURVEY_ERROR_IN 0.005
-#define LANDINGS_MAX    20000
+#define MEAN_NOISE_IN 0.0004 /* of a moving mean over 0.02 s */
+#define GAIN_ERROR    0.001
+#define LANDINGS_MAX  20000
 
 struct counts {
     unsigned hits, misses, false_hits, silences, timed, covered;
     size_t lengths;
     double length_error[LANDINGS_MAX];
 };
-
-static void draw_survey(const struct score_landing *landing, float slack_in[MR_SEGMENTS],
-                        uint64_t *state)
-{
-    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-        double sum_in = SURVEY_ERROR_IN * score_normal(state);
-        for (unsigned j = 0; j < MR_MATS_PER_SEGMENT; j++)
-            sum_in += (double)landing->gap_in[s * MR_MATS_PER_SEGMENT + j];
-        slack_in[s] = (float)fmax(0.0, sum_in);
-    }
-}
 
 static struct record_reach measure(const struct score_landing *landing, bool upfield,
                                    uint64_t *state)
@@ -44,7 +32,7 @@ static struct record_reach measure(const struct score_landing *landing, bool upf
     double gain[MR_TRANSDUCERS];
     struct record_reach reach;
     record_reach_init(&reach);
-    draw_survey(landing, slack_in, state);
+    score_read_survey(landing, slack_in, state);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         station_ft[i] = upfield ? 10.0f * (float)(i + 1) : 40.0f + 10.0f * (float)i;
         gain[i] = 1.0 + GAIN_ERROR * score_normal(state);
@@ -70,26 +58,12 @@ static struct record_reach measure(const struct score_landing *landing, bool upf
     return reach;
 }
 
-/* Longest true zone at the wheel. */
-static int find_true_mats(const struct score_landing *landing)
-{
-    int most = 0;
-    for (unsigned k = 0; k < landing->looks; k++) {
-        double wheel_ft = (double)landing->wheel_ft[k];
-        struct score_zone zone = score_longest(landing->gap_hmil[k], wheel_ft);
-        if (wheel_ft > 0.0 && zone.first * SCORE_MAT_FT - wheel_ft < SCORE_EVENT_FT &&
-            (double)landing->speed_at_ft_s[k] > SCORE_SLOW_FT_S && zone.last - zone.first > most)
-            most = zone.last - zone.first;
-    }
-    return most;
-}
-
 static void count(const struct score_landing *landing, const struct record_reach *reach,
                   struct counts *counts)
 {
-    const double look_s = 1e-3 * SCORE_LOOK_MS, event_s = score_event_s(landing),
+    int16_t true_mats;
+    const double look_s = 1e-3 * SCORE_LOOK_MS, event_s = score_event_s(landing, &true_mats),
                  *said_s = reach->reached_t_s;
-    int true_mats = find_true_mats(landing);
     bool said = !isnan(said_s[RECORD_REACH_BEST]);
     counts->hits += !isnan(event_s) && said;
     counts->misses += !isnan(event_s) && !said;

@@ -107,7 +107,7 @@ static void draw_rig(struct rig *rig, unsigned view, uint64_t *state)
     }
 }
 
-static void read_survey(const struct score_landing *landing, float *sum_in, uint64_t *state)
+void score_read_survey(const struct score_landing *landing, float *sum_in, uint64_t *state)
 {
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         double sum = SURVEY_READING_ERROR_IN * score_normal(state);
@@ -179,11 +179,14 @@ static double event_of(const struct score_landing *landing, struct score_zone *z
     return event_s;
 }
 
-double score_event_s(const struct score_landing *landing)
+double score_event_s(const struct score_landing *landing, int16_t *most_mats)
 {
     static struct score_zone zones[SCORE_LOOKS_MAX];
     int16_t most = 0;
-    return event_of(landing, zones, &most);
+    double event_s = event_of(landing, zones, &most);
+    if (most_mats)
+        *most_mats = most;
+    return event_s;
 }
 
 static void rank_waves(const struct player *player, const struct score_landing *landing, double t_s,
@@ -270,7 +273,7 @@ static void play_landing(struct player *player, const struct score_landing *land
     struct mr_predictor_input input;
     outcome.event_s = (float)event_of(landing, zones, &outcome.most_mats);
     if (player->view & SCORE_SURVEYED && (landing->number == 1 || !(player->view & SCORE_ONCE))) {
-        read_survey(landing, player->slack_in, &player->noise);
+        score_read_survey(landing, player->slack_in, &player->noise);
         mr_predictor_set_survey(&player->predictor, player->slack_in);
     } else {
         for (unsigned s = 0; s < MR_SEGMENTS; s++)

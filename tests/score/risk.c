@@ -64,7 +64,7 @@ static void on_armed(void *ctx, const struct mr_predictor *predictor,
     struct listener *l = ctx;
     struct mr_risk_plan plan;
     l->landing = landing;
-    l->event_s = (float)score_event_s(landing);
+    l->event_s = (float)score_event_s(landing, NULL);
     advised_draw_plan(landing, l->truth->series.number, &told, &plan);
     plan.landings = (float)predictor->landings;
     l->modes = l->chart && l->view & SCORE_SURVEYED ? MODES : BY_CHART;

@@ -94,9 +94,11 @@ struct score_sink {
                   const struct mr_predictor_input *input, unsigned ms);
     void *ctx;
 };
-/* When the wheel first comes to a zone of SCORE_EVENT_MATS, from the first row; NaN: it does not.
- */
-double score_event_s(const struct score_landing *landing);
+/* Time at which the wheel first reaches a zone of SCORE_EVENT_MATS, from the first row; NaN: it does
+ * not. `most_mats`: NULL or the longest true zone at the wheel. */
+double score_event_s(const struct score_landing *landing, int16_t *most_mats);
+/* Slack of the segments as the survey before the landing reads it. */
+void score_read_survey(const struct score_landing *landing, float *sum_in, uint64_t *state);
 void score_play(const struct score_truth *truth, unsigned view, unsigned level,
                 const struct score_sink *sink);
 
