@@ -16,7 +16,7 @@ static int run(int argc, char **argv)
 {
     struct global_options before = {.help = false};
     struct error error = {0};
-    int i = command_begin(argc, argv, &before, &error);
+    int i = command_parse_global_options(argc, argv, &before, &error);
     const struct cli cli = before.cli;
     cli_begin(&cli);
     if (error.status != MR_OK)

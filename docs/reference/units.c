@@ -39,7 +39,7 @@ void reference_units(FILE *out)
         "\n"
         "| Kind | Units | SI |\n|---|---|---|\n",
         out);
-    for (size_t i = 0; (kind = quantity_kind_at(i)); i++)
+    for (size_t i = 0; (kind = quantity_kind_get(i)); i++)
         write_kind(out, kind);
     fputs("\nmatrig prints ft, in, lb and s; with `--si`, it prints m, mm, N and s.\n", out);
 }

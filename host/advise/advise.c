@@ -422,8 +422,8 @@ static void format_bound(const struct advise_limit_crossing *reach, enum unit_ki
 {
     char at[UNIT_TEXT_SIZE], interval[UNIT_TEXT_SIZE] = "";
     const int decimals = unit_decimals(unit, si, 1);
-    double low = reach->low * unit_of(unit, si)->factor,
-           high = reach->high * unit_of(unit, si)->factor;
+    double low = reach->low * unit_get(unit, si)->factor,
+           high = reach->high * unit_get(unit, si)->factor;
     unit_value_text(unit, si, reach->value, 1, at);
     if (isfinite(low) && isfinite(high))
         snprintf(interval, sizeof interval, " (95 %%: %.*f to %.*f)", decimals, low, decimals,
@@ -574,76 +574,79 @@ static void add_probability(struct answer *answer, const char *name, const char 
     snprintf(low, sizeof low, "%s_low", name);
     snprintf(high, sizeof high, "%s_high", name);
     if (isfinite(probability->probability))
-        answer_words(answer, NULL, label, "%.0f %% (%.0f to %.0f)",
-                     100.0 * probability->probability, 100.0 * probability->low,
-                     100.0 * probability->high);
+        answer_add_text(answer, NULL, label, "%.0f %% (%.0f to %.0f)",
+                        100.0 * probability->probability, 100.0 * probability->low,
+                        100.0 * probability->high);
     else
-        answer_words(answer, NULL, label, "-");
-    answer_value(answer, name, NULL, UNIT_NUMBER, probability->probability, 3);
-    answer_value(answer, low, NULL, UNIT_NUMBER, probability->low, 3);
-    answer_value(answer, high, NULL, UNIT_NUMBER, probability->high, 3);
+        answer_add_text(answer, NULL, label, "-");
+    answer_add_value(answer, name, NULL, UNIT_NUMBER, probability->probability, 3);
+    answer_add_value(answer, low, NULL, UNIT_NUMBER, probability->low, 3);
+    answer_add_value(answer, high, NULL, UNIT_NUMBER, probability->high, 3);
 }
 
 static void add_row(const struct advise *advise, const struct advise_row *row,
                     struct answer *answer)
 {
     bool si = answer_is_si(answer);
-    const struct unit *station = unit_of(UNIT_STATION, si);
+    const struct unit *station = unit_get(UNIT_STATION, si);
     double length_ft = (double)advise->history.runway.chain.mat_length_ft *
                        advise->history.runway.chain.mats;
     answer_open_row(answer);
     bool plan = row == &advise->row[advise->plan_row];
-    answer_words(answer, NULL, "row", "%s", plan ? "plan" : "");
-    answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, row->mean_braking_ft_s2, 1);
-    answer_flag(answer, "plan", NULL, plan);
+    answer_add_text(answer, NULL, "row", "%s", plan ? "plan" : "");
+    answer_add_value(answer, "deceleration", "braking", UNIT_DECELERATION, row->mean_braking_ft_s2,
+                     1);
+    answer_add_flag(answer, "plan", NULL, plan);
     add_probability(answer, "zone", "zone (95 %)", &row->zone_probability);
     answer_open_list(answer, "by_station", NULL);
     for (unsigned s = 0; s < ADVISE_RUNWAY_PARTS; s++) {
         answer_open_row(answer);
-        answer_value(answer, "station", NULL, UNIT_STATION,
-                     length_ft * (s + 1u) / ADVISE_RUNWAY_PARTS, 1);
-        answer_value(answer, "zone", NULL, UNIT_NUMBER, row->zone_by_part[s].probability, 3);
-        answer_value(answer, "zone_low", NULL, UNIT_NUMBER, row->zone_by_part[s].low, 3);
-        answer_value(answer, "zone_high", NULL, UNIT_NUMBER, row->zone_by_part[s].high, 3);
+        answer_add_value(answer, "station", NULL, UNIT_STATION,
+                         length_ft * (s + 1u) / ADVISE_RUNWAY_PARTS, 1);
+        answer_add_value(answer, "zone", NULL, UNIT_NUMBER, row->zone_by_part[s].probability, 3);
+        answer_add_value(answer, "zone_low", NULL, UNIT_NUMBER, row->zone_by_part[s].low, 3);
+        answer_add_value(answer, "zone_high", NULL, UNIT_NUMBER, row->zone_by_part[s].high, 3);
     }
     answer_close_group(answer);
     for (unsigned s = 1; s + 1u < ADVISE_RUNWAY_PARTS; s++) {
         char label[40];
         snprintf(label, sizeof label, "by|%.0f %s",
                  station->factor * length_ft * (s + 1u) / ADVISE_RUNWAY_PARTS, station->text);
-        answer_words(answer, NULL, label, "%.0f %%", 100.0 * row->zone_by_part[s].probability);
+        answer_add_text(answer, NULL, label, "%.0f %%", 100.0 * row->zone_by_part[s].probability);
     }
-    answer_value(answer, "half_station", "half of|zones by", UNIT_STATION,
-                 row->median_zone_station_ft, 0);
-    answer_words(answer, NULL, "rolls off|the end", "%.0f %%", 100.0 * row->off_runway_share);
-    answer_value(answer, "off_runway", NULL, UNIT_NUMBER, row->off_runway_share, 3);
+    answer_add_value(answer, "half_station", "half of|zones by", UNIT_STATION,
+                     row->median_zone_station_ft, 0);
+    answer_add_text(answer, NULL, "rolls off|the end", "%.0f %%", 100.0 * row->off_runway_share);
+    answer_add_value(answer, "off_runway", NULL, UNIT_NUMBER, row->off_runway_share, 3);
 }
 
 static void add_plan(const struct advise *advise, struct answer *answer)
 {
     const struct advise_plan *plan = &advise->plan;
     answer_open_group(answer, "plan", "Plan");
-    answer_value(answer, "speed", "speed", UNIT_SPEED, plan->speed_ft_s, 1);
-    answer_value(answer, "touchdown", "touchdown", UNIT_STATION, plan->touchdown_ft, 1);
-    answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, plan->mean_braking_ft_s2, 2);
+    answer_add_value(answer, "speed", "speed", UNIT_SPEED, plan->speed_ft_s, 1);
+    answer_add_value(answer, "touchdown", "touchdown", UNIT_STATION, plan->touchdown_ft, 1);
+    answer_add_value(answer, "deceleration", "braking", UNIT_DECELERATION, plan->mean_braking_ft_s2,
+                     2);
     if (advise->planned_landings)
-        answer_words(answer, NULL, "followed",
-                     "braking within %.0f %% rms of the plan, %+.0f %% on average, in %u landings "
-                     "with a stored plan",
-                     100.0 * plan->braking_spread, 100.0 * (exp(plan->braking_log_bias) - 1.0),
-                     advise->planned_landings);
+        answer_add_text(
+            answer, NULL, "followed",
+            "braking within %.0f %% rms of the plan, %+.0f %% on average, in %u landings "
+            "with a stored plan",
+            100.0 * plan->braking_spread, 100.0 * (exp(plan->braking_log_bias) - 1.0),
+            advise->planned_landings);
     else
-        answer_words(answer, NULL, "followed",
-                     "braking within %.0f %% rms of the plan, assumed: no landing has a stored "
-                     "plan (--keep)",
-                     100.0 * plan->braking_spread);
-    answer_value(answer, "spread", NULL, UNIT_NUMBER, plan->braking_spread, 3);
-    answer_value(answer, "bias", NULL, UNIT_NUMBER, plan->braking_log_bias, 3);
-    answer_count(answer, "plans_kept", NULL, advise->planned_landings);
-    answer_value(answer, "least", "minimum to stop", UNIT_DECELERATION, advise->least_braking_ft_s2,
-                 2);
-    answer_remark(answer, ", at the end of the runway");
-    answer_flag(answer, "as_before", NULL, advise->uses_previous_landing);
+        answer_add_text(answer, NULL, "followed",
+                        "braking within %.0f %% rms of the plan, assumed: no landing has a stored "
+                        "plan (--keep)",
+                        100.0 * plan->braking_spread);
+    answer_add_value(answer, "spread", NULL, UNIT_NUMBER, plan->braking_spread, 3);
+    answer_add_value(answer, "bias", NULL, UNIT_NUMBER, plan->braking_log_bias, 3);
+    answer_add_count(answer, "plans_kept", NULL, advise->planned_landings);
+    answer_add_value(answer, "least", "minimum to stop", UNIT_DECELERATION,
+                     advise->least_braking_ft_s2, 2);
+    answer_append_remark(answer, ", at the end of the runway");
+    answer_add_flag(answer, "as_before", NULL, advise->uses_previous_landing);
     answer_close_group(answer);
 }
 
@@ -660,15 +663,15 @@ static void add_parameters(const struct advise *advise, struct answer *answer)
                 {"resistance", "resistance of a joint", ADVISE_UNKNOWN_RESISTANCE, UNIT_TENSION, 1},
                 {"stiffness", "stiffness of a joint", ADVISE_UNKNOWN_STIFFNESS, UNIT_STIFFNESS, 0}};
     answer_open_group(answer, "learned", "Estimates from the landings");
-    answer_count(answer, "landings", "landings", advise->members.update_count);
-    answer_count(answer, "not_learned", NULL, (int64_t)advise->skipped_landings);
-    answer_count(answer, "voided", NULL, (int64_t)advise->history.voided_landings);
-    answer_count(answer, "repairs", NULL, (int64_t)advise->repair_count);
+    answer_add_count(answer, "landings", "landings", advise->members.update_count);
+    answer_add_count(answer, "not_learned", NULL, (int64_t)advise->skipped_landings);
+    answer_add_count(answer, "voided", NULL, (int64_t)advise->history.voided_landings);
+    answer_add_count(answer, "repairs", NULL, (int64_t)advise->repair_count);
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         double mean, spread;
         advise_parameter_moments(&advise->members, rows[i].unknown, &mean, &spread);
-        answer_estimate(answer, rows[i].name, rows[i].label, rows[i].unit, mean, mean * spread,
-                        rows[i].decimals);
+        answer_add_estimate(answer, rows[i].name, rows[i].label, rows[i].unit, mean, mean * spread,
+                            rows[i].decimals);
     }
     answer_close_group(answer);
 }
@@ -678,44 +681,49 @@ static void add_notes(const struct advise *advise, struct answer *answer)
 {
     const struct history *history = &advise->history;
     const bool surveyed = advise->members.is_surveyed;
-    answer_words(
+    answer_add_text(
         answer, NULL, "note",
         "the stated probability of a zone is never below %.0f %% (no simulated runway reached "
         "one) or above %.0f %% (all did), because the model is not exact",
         100.0 * advise_calibrate_share(0.0, surveyed),
         100.0 * advise_calibrate_share(1.0, surveyed));
     if (!advise->members.update_count)
-        answer_words(
+        answer_add_text(
             answer, NULL, "note",
             "the model has not been updated from any landing: the ranges are the initial ones");
     if (advise->skipped_landings)
-        answer_words(answer, NULL, "note",
-                     "landings without a measured stop: %zu; they were not used, and their effect "
-                     "on the joints is unknown",
-                     advise->skipped_landings);
+        answer_add_text(
+            answer, NULL, "note",
+            "landings without a measured stop: %zu; they were not used, and their effect "
+            "on the joints is unknown",
+            advise->skipped_landings);
     if (history->voided_landings)
-        answer_words(answer, NULL, "note", "void landings left out: %zu", history->voided_landings);
+        answer_add_text(answer, NULL, "note", "void landings left out: %zu",
+                        history->voided_landings);
     if (history->surveyed_segments < history->segment_count)
-        answer_words(answer, NULL, "note",
-                     "%u of %u segments were surveyed since the last landing; the openings of the "
-                     "other segments are estimated from the simulated runways",
-                     history->surveyed_segments, history->segment_count);
+        answer_add_text(
+            answer, NULL, "note",
+            "%u of %u segments were surveyed since the last landing; the openings of the "
+            "other segments are estimated from the simulated runways",
+            history->surveyed_segments, history->segment_count);
     if (history->is_relaid_since)
-        answer_words(answer, NULL, "note",
-                     "a series has begun since the last landing: the joint openings are assumed to "
-                     "be those of a newly laid runway");
+        answer_add_text(
+            answer, NULL, "note",
+            "a series has begun since the last landing: the joint openings are assumed to "
+            "be those of a newly laid runway");
     if (advise->repair_count)
-        answer_words(answer, NULL, "note",
-                     "%zu repair%s: the openings of these joints are assumed to be those of newly "
-                     "laid mats",
-                     advise->repair_count, advise->repair_count == 1 ? "" : "s");
+        answer_add_text(
+            answer, NULL, "note",
+            "%zu repair%s: the openings of these joints are assumed to be those of newly "
+            "laid mats",
+            advise->repair_count, advise->repair_count == 1 ? "" : "s");
     if (advise->is_plan_outside_range)
-        answer_words(answer, NULL, "note",
-                     "the plan is outside the range of the earlier landings: the uncertainty of "
-                     "the estimates is increased by half");
+        answer_add_text(answer, NULL, "note",
+                        "the plan is outside the range of the earlier landings: the uncertainty of "
+                        "the estimates is increased by half");
     if (advise->uses_previous_landing)
-        answer_words(answer, NULL, "note",
-                     "speed or deceleration not given: the values of the last landing are used");
+        answer_add_text(answer, NULL, "note",
+                        "speed or deceleration not given: the values of the last landing are used");
 }
 
 /* Adds the thrust and its ratio to the critical thrust. Thrust above the critical thrust lifts a
@@ -730,21 +738,22 @@ static void add_thrust(const struct advise *advise, struct answer *answer)
                       (double)runway->chain.mat_length_ft / (2.0 * runway->ground_irregularity_ft);
     advise_parameter_moments(&advise->members, ADVISE_UNKNOWN_THRUST_SHARE, &share, &spread);
     if (runway->ground_irregularity_ft > 0.0) {
-        answer_value(
+        answer_add_value(
             answer, "thrust", "planned thrust", UNIT_TENSION,
             share * runway->thrust_lb_per_g * advise->plan.mean_braking_ft_s2 / ADVISE_G_FT_S2, 1);
         if (measured_lb.value > 0.0) {
-            answer_estimate(answer, "measured_thrust", "measured thrust", UNIT_TENSION,
-                            measured_lb.value, measured_lb.error, 1);
-            answer_remark(answer, ", in the last landing, from the brake signal to the stop");
+            answer_add_estimate(answer, "measured_thrust", "measured thrust", UNIT_TENSION,
+                                measured_lb.value, measured_lb.error, 1);
+            answer_append_remark(answer,
+                                 ", in the last landing, from the brake signal to the stop");
         }
-        answer_value(answer, "critical", "critical thrust", UNIT_TENSION, critical_lb, 1);
+        answer_add_value(answer, "critical", "critical thrust", UNIT_TENSION, critical_lb, 1);
         unit_value_text(UNIT_TENSION, answer_is_si(answer), 1.2 * critical_lb, 0, waves);
-        answer_remark(answer, ", for the assumed irregularity; bow waves form above about %s",
-                      waves);
+        answer_append_remark(
+            answer, ", for the assumed irregularity; bow waves form above about %s", waves);
     } else {
-        answer_no_value(answer, "critical", "critical thrust",
-                        "unknown: the board has no irregularity set (predict.bump_in)");
+        answer_add_missing_value(answer, "critical", "critical thrust",
+                                 "unknown: the board has no irregularity set (predict.bump_in)");
     }
 }
 
@@ -755,15 +764,16 @@ static void add_interval(const char *name, enum unit_kind unit,
     char low[40], high[40];
     snprintf(low, sizeof low, "%s_low", name);
     snprintf(high, sizeof high, "%s_high", name);
-    answer_value(answer, low, NULL, unit, reach->low, 1);
-    answer_value(answer, high, NULL, unit, reach->high, 1);
+    answer_add_value(answer, low, NULL, unit, reach->low, 1);
+    answer_add_value(answer, high, NULL, unit, reach->high, 1);
 }
 
 void advise_to_answer(const struct advise *advise, struct answer *answer)
 {
-    answer_words(answer, "verdict", NULL, "%s", advise_verdict_text(advise->verdict));
-    answer_words(answer, "reason", NULL, "%s", advise->reason);
-    answer_sentence(answer, NULL, "%s: %s.", advise_verdict_text(advise->verdict), advise->reason);
+    answer_add_text(answer, "verdict", NULL, "%s", advise_verdict_text(advise->verdict));
+    answer_add_text(answer, "reason", NULL, "%s", advise->reason);
+    answer_add_sentence(answer, NULL, "%s: %s.", advise_verdict_text(advise->verdict),
+                        advise->reason);
     add_plan(advise, answer);
     answer_open_table(
         answer, "rows",
@@ -774,39 +784,40 @@ void advise_to_answer(const struct advise *advise, struct answer *answer)
     for (size_t i = 0; i < advise->row_count; i++)
         add_row(advise, &advise->row[i], answer);
     answer_close_group(answer);
-    answer_value(answer, "limit", NULL, UNIT_NUMBER, advise->request.risk_limit, 3);
-    answer_value(answer, "hardest", "hardest braking", UNIT_DECELERATION, advise->max_braking.value,
-                 1);
+    answer_add_value(answer, "limit", NULL, UNIT_NUMBER, advise->request.risk_limit, 3);
+    answer_add_value(answer, "hardest", "hardest braking", UNIT_DECELERATION,
+                     advise->max_braking.value, 1);
     if (isnan(advise->max_braking.value))
-        answer_remark(answer,
-                      "; %s keeps the risks of a zone and of rolling off the end below %.0f %%",
-                      get_no_braking_reason(advise), 100.0 * advise->request.risk_limit);
+        answer_append_remark(
+            answer, "; %s keeps the risks of a zone and of rolling off the end below %.0f %%",
+            get_no_braking_reason(advise), 100.0 * advise->request.risk_limit);
     else
-        answer_remark(
+        answer_append_remark(
             answer,
             advise->max_braking.is_unbounded
                 ? ", the last row, still keeps the risks of a zone and of rolling off the end "
                   "below %.0f %%"
                 : " keeps the risks of a zone and of rolling off the end below %.0f %%",
             100.0 * advise->request.risk_limit);
-    answer_flag(answer, "hardest_beyond", NULL, advise->max_braking.is_unbounded);
+    answer_add_flag(answer, "hardest_beyond", NULL, advise->max_braking.is_unbounded);
     add_notes(advise, answer);
-    answer_value(answer, "short", isfinite(advise->stop_short_braking_ft_s2) ? "stops short" : NULL,
-                 UNIT_DECELERATION, advise->stop_short_braking_ft_s2, 1);
+    answer_add_value(answer, "short",
+                     isfinite(advise->stop_short_braking_ft_s2) ? "stops short" : NULL,
+                     UNIT_DECELERATION, advise->stop_short_braking_ft_s2, 1);
     if (isfinite(advise->stop_short_braking_ft_s2))
-        answer_remark(answer, " or harder: the gear stops before the closed mats");
-    answer_flag(answer, "outside", NULL, advise->is_plan_outside_range);
-    answer_count(answer, "segments_surveyed", NULL, advise->history.surveyed_segments);
+        answer_append_remark(answer, " or harder: the gear stops before the closed mats");
+    answer_add_flag(answer, "outside", NULL, advise->is_plan_outside_range);
+    answer_add_count(answer, "segments_surveyed", NULL, advise->history.surveyed_segments);
     add_parameters(advise, answer);
     add_thrust(advise, answer);
-    answer_count(answer, "members", "members", (int64_t)advise->members.member_count);
-    answer_remark(answer, "; seed %lld", (long long)advise->request.seed);
-    answer_count(answer, "seed", NULL, advise->request.seed);
+    answer_add_count(answer, "members", "members", (int64_t)advise->members.member_count);
+    answer_append_remark(answer, "; seed %lld", (long long)advise->request.seed);
+    answer_add_count(answer, "seed", NULL, advise->request.seed);
     add_interval("hardest", UNIT_DECELERATION, &advise->max_braking, answer);
-    answer_value(answer, "fastest", NULL, UNIT_SPEED, advise->max_speed.value, 1);
-    answer_flag(answer, "fastest_beyond", NULL, advise->max_speed.is_unbounded);
+    answer_add_value(answer, "fastest", NULL, UNIT_SPEED, advise->max_speed.value, 1);
+    answer_add_flag(answer, "fastest_beyond", NULL, advise->max_speed.is_unbounded);
     add_interval("fastest", UNIT_SPEED, &advise->max_speed, answer);
-    answer_sentence(answer, "action", "%s", advise->action);
+    answer_add_sentence(answer, "action", "%s", advise->action);
 }
 
 /* ---- chart ---- */

@@ -109,7 +109,7 @@ static double compute_wheel_distance_ft(const struct measured *measured, int64_t
 /* Summarizes the shunt calibrations in one line; "": there are none. */
 static void format_shunts(const struct bands_summary *bands, bool si, char *out, size_t size)
 {
-    const struct unit *force = unit_of(UNIT_TENSION, si);
+    const struct unit *force = unit_get(UNIT_TENSION, si);
     const struct bands_shunt *most = NULL;
     size_t used = 0, before = 0, after = 0;
     out[0] = '\0';
@@ -161,16 +161,16 @@ static void add_extreme(const struct extreme *e, const struct measured *measured
     int c = e->gage > 0 && e->gage <= MR_GAGES
               ? measured_channel_index(measured, MR_KIND_TENSION, (unsigned)e->gage)
               : -1;
-    answer_estimate(answer, NULL, e->key_name, UNIT_TENSION, e->tension_lb, e->error_lb, 1);
-    answer_value(answer, NULL, e->station_heading, UNIT_STATION,
-                 c < 0 ? (double)NAN : (double)measured->channel[c].config.station_ft, 1);
+    answer_add_estimate(answer, NULL, e->key_name, UNIT_TENSION, e->tension_lb, e->error_lb, 1);
+    answer_add_value(answer, NULL, e->station_heading, UNIT_STATION,
+                     c < 0 ? (double)NAN : (double)measured->channel[c].config.station_ft, 1);
     answer_open_group(answer, e->key_name, "");
-    answer_value(answer, "tension", NULL, UNIT_TENSION, e->tension_lb, 1)->digits = 7;
-    answer_value(answer, "error", NULL, UNIT_TENSION, e->error_lb, 1)->digits = 7;
-    answer_count(answer, "gage", NULL, e->gage);
-    answer_count(answer, "block", NULL, e->block);
-    answer_value(answer, "ahead_of_wheel", e->wheel_distance_heading, UNIT_STATION,
-                 compute_wheel_distance_ft(measured, e->gage, e->block), 1)
+    answer_add_value(answer, "tension", NULL, UNIT_TENSION, e->tension_lb, 1)->digits = 7;
+    answer_add_value(answer, "error", NULL, UNIT_TENSION, e->error_lb, 1)->digits = 7;
+    answer_add_count(answer, "gage", NULL, e->gage);
+    answer_add_count(answer, "block", NULL, e->block);
+    answer_add_value(answer, "ahead_of_wheel", e->wheel_distance_heading, UNIT_STATION,
+                     compute_wheel_distance_ft(measured, e->gage, e->block), 1)
         ->digits = 5;
     answer_close_group(answer);
 }
@@ -186,43 +186,45 @@ static void add_band(const struct store_band *band, const struct measured *measu
                                  band->most_block};
     double recovered = band->before_lb > 0.0 ? band->after_lb / band->before_lb : (double)NAN;
     answer_open_row(answer);
-    answer_count(answer, "band", "band", band->band);
-    answer_estimate(answer, "before", "before", UNIT_TENSION, band->before_lb,
-                    band->before_error_lb, 1)
+    answer_add_count(answer, "band", "band", band->band);
+    answer_add_estimate(answer, "before", "before", UNIT_TENSION, band->before_lb,
+                        band->before_error_lb, 1)
         ->digits = 7;
-    answer_value(answer, "spread", "spread", UNIT_TENSION, band->spread_lb, 1)->digits = 7;
+    answer_add_value(answer, "spread", "spread", UNIT_TENSION, band->spread_lb, 1)->digits = 7;
     add_extreme(&least, measured, answer);
     add_extreme(&most, measured, answer);
-    answer_value(answer, "after", "after", UNIT_TENSION, band->after_lb, 1)->digits = 7;
-    answer_estimate(answer, "change", "change", UNIT_TENSION, band->change_lb,
-                    band->change_error_lb, 3)
+    answer_add_value(answer, "after", "after", UNIT_TENSION, band->after_lb, 1)->digits = 7;
+    answer_add_estimate(answer, "change", "change", UNIT_TENSION, band->change_lb,
+                        band->change_error_lb, 3)
         ->digits = 7;
-    answer_value(answer, "recovered", NULL, UNIT_NUMBER, recovered, 2)->digits = 5;
-    answer_value(answer, NULL, "recovered|%", UNIT_NUMBER, 100.0 * recovered, 0);
+    answer_add_value(answer, "recovered", NULL, UNIT_NUMBER, recovered, 2)->digits = 5;
+    answer_add_value(answer, NULL, "recovered|%", UNIT_NUMBER, 100.0 * recovered, 0);
 }
 
 static void add_event(const struct store_band_event *event, struct answer *answer)
 {
     answer_open_row(answer);
-    answer_count(answer, "band", "band", event->band);
-    answer_words(answer, "text", "finding", "%s", mr_band_reason_text((unsigned)event->reason));
-    answer_count(answer, "gage", "at gage", event->gage);
-    answer_count(answer, "other", event->other > 0 ? "to gage" : NULL, event->other);
-    answer_value(answer, "value", "value", UNIT_TENSION, event->value_lb, 1)->digits = 7;
-    answer_count(answer, "reason", NULL, event->reason);
-    answer_count(answer, "block", "block", event->block);
+    answer_add_count(answer, "band", "band", event->band);
+    answer_add_text(answer, "text", "finding", "%s", mr_band_reason_text((unsigned)event->reason));
+    answer_add_count(answer, "gage", "at gage", event->gage);
+    answer_add_count(answer, "other", event->other > 0 ? "to gage" : NULL, event->other);
+    answer_add_value(answer, "value", "value", UNIT_TENSION, event->value_lb, 1)->digits = 7;
+    answer_add_count(answer, "reason", NULL, event->reason);
+    answer_add_count(answer, "block", "block", event->block);
 }
 
 static void add_shunt(const struct bands_shunt *s, struct answer *answer)
 {
     answer_open_row(answer);
-    answer_count(answer, "gage", "gage", s->gage);
-    answer_value(answer, "expected", "shunt", UNIT_TENSION, s->expected_lb, 2)->digits = 7;
-    answer_value(answer, "span_before", "span before", UNIT_TENSION, s->before_lb, 2)->digits = 7;
-    answer_value(answer, "span_after", "span after", UNIT_TENSION, s->after_lb, 2)->digits = 7;
-    answer_value(answer, "drift", "drift", UNIT_TENSION, s->after_lb - s->before_lb, 2)->digits = 7;
-    answer_words(answer, "before", "before", "%s", shunts_verdict_text(s->verdict_before));
-    answer_words(answer, "after", "after", "%s", shunts_verdict_text(s->verdict_after));
+    answer_add_count(answer, "gage", "gage", s->gage);
+    answer_add_value(answer, "expected", "shunt", UNIT_TENSION, s->expected_lb, 2)->digits = 7;
+    answer_add_value(answer, "span_before", "span before", UNIT_TENSION, s->before_lb, 2)->digits =
+        7;
+    answer_add_value(answer, "span_after", "span after", UNIT_TENSION, s->after_lb, 2)->digits = 7;
+    answer_add_value(answer, "drift", "drift", UNIT_TENSION, s->after_lb - s->before_lb, 2)
+        ->digits = 7;
+    answer_add_text(answer, "before", "before", "%s", shunts_verdict_text(s->verdict_before));
+    answer_add_text(answer, "after", "after", "%s", shunts_verdict_text(s->verdict_after));
 }
 
 void bands_to_answer(const struct bands_summary *bands, const struct measured *measured,
@@ -245,7 +247,7 @@ void bands_add_shunts(const struct bands_summary *bands, bool each, struct answe
     char text[400];
     format_shunts(bands, answer_is_si(answer), text, sizeof text);
     if (text[0])
-        answer_words(answer, NULL, "shunts", "%s", text);
+        answer_add_text(answer, NULL, "shunts", "%s", text);
     answer_open_table(answer, "shunts", each && bands->shunt_count ? "" : NULL);
     for (size_t i = 0; i < bands->shunt_count; i++)
         add_shunt(&bands->shunt[i], answer);

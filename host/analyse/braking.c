@@ -213,7 +213,7 @@ enum mr_status braking_load(struct store *store, const struct measured *measured
 static void add_time(struct answer *answer, const char *name, const char *label,
                      struct mr_estimate t_s, int decimals)
 {
-    answer_estimate(answer, name, label, UNIT_TIME, t_s.value, t_s.error, decimals);
+    answer_add_estimate(answer, name, label, UNIT_TIME, t_s.value, t_s.error, decimals);
 }
 
 void braking_to_answer(const struct braking *braking, struct answer *answer)
@@ -223,10 +223,10 @@ void braking_to_answer(const struct braking *braking, struct answer *answer)
     answer_open_group(answer, "braking", "");
     if (braking->has_brake_edge)
         add_time(answer, "onset", "brake applied", braking->brake_onset_s, 4);
-    answer_count(answer, "pulses", NULL, (int64_t)braking->pulse_count);
+    answer_add_count(answer, "pulses", NULL, (int64_t)braking->pulse_count);
     if (!isnan(braking->slip.value)) {
-        answer_estimate(answer, "slip", "slip of the wheel", UNIT_NUMBER, braking->slip.value,
-                        braking->slip.error, 3);
+        answer_add_estimate(answer, "slip", "slip of the wheel", UNIT_NUMBER, braking->slip.value,
+                            braking->slip.error, 3);
         add_time(answer, "locked", "wheel locked", braking->locked_duration_s, 3);
         answer_open_table(answer, "locks", braking->lock_count ? "wheel locked" : NULL);
         for (size_t i = 0; i < braking->lock_count && i < BRAKING_LOCKS_MAX; i++) {
@@ -237,10 +237,11 @@ void braking_to_answer(const struct braking *braking, struct answer *answer)
         answer_close_group(answer);
     }
     if (braking->has_brake_edge) {
-        answer_estimate(answer, "deceleration", "braked", UNIT_DECELERATION,
-                        braking->deceleration_ft_s2.value, braking->deceleration_ft_s2.error, 3);
-        answer_estimate(answer, "thrust", "thrust on the strip", UNIT_TENSION,
-                        braking->thrust_lb.value, braking->thrust_lb.error, 1);
+        answer_add_estimate(answer, "deceleration", "braked", UNIT_DECELERATION,
+                            braking->deceleration_ft_s2.value, braking->deceleration_ft_s2.error,
+                            3);
+        answer_add_estimate(answer, "thrust", "thrust on the strip", UNIT_TENSION,
+                            braking->thrust_lb.value, braking->thrust_lb.error, 1);
     }
     answer_close_group(answer);
 }

@@ -14,8 +14,8 @@ static void add_prediction(const struct summary *summary, struct answer *answer)
     if (!w->was_warned || w->predicted_mats <= 0 || isnan(w->predicted_wheel_ft))
         return;
     unit_value_text(UNIT_STATION, si, w->predicted_wheel_ft, 1, wheel);
-    answer_words(answer, NULL, "predicted", "%lld closed mats with the wheel at %s",
-                 (long long)w->predicted_mats, wheel);
+    answer_add_text(answer, NULL, "predicted", "%lld closed mats with the wheel at %s",
+                    (long long)w->predicted_mats, wheel);
 }
 
 static void add_motion(const struct measured *measured, struct answer *answer)
@@ -23,22 +23,23 @@ static void add_motion(const struct measured *measured, struct answer *answer)
     const struct mr_gates_summary *fit = &measured->summary;
     char reason[MEASURED_REASON_SIZE];
     if (measured->fit_status == MR_OK || measured->fit_status == MR_TRUNCATED)
-        answer_estimate(answer, NULL, "touchdown", UNIT_SPEED, fit->touchdown_speed_ft_s.value,
-                        fit->touchdown_speed_ft_s.error, 3);
+        answer_add_estimate(answer, NULL, "touchdown", UNIT_SPEED, fit->touchdown_speed_ft_s.value,
+                            fit->touchdown_speed_ft_s.error, 3);
     else
-        answer_words(answer, NULL, "motion", "not known: %s", mr_status_text(measured->fit_status));
+        answer_add_text(answer, NULL, "motion", "not known: %s",
+                        mr_status_text(measured->fit_status));
     if (measured->fit_status == MR_TRUNCATED) {
         measured_format_unknown_stop(measured, reason);
-        answer_words(answer, NULL, "stop", "not known: %s", reason);
+        answer_add_text(answer, NULL, "stop", "not known: %s", reason);
     }
     if (measured->fit_status != MR_OK)
         return;
-    answer_estimate(answer, NULL, "deceleration", UNIT_DECELERATION,
-                    fit->mean_deceleration_ft_s2.value, fit->mean_deceleration_ft_s2.error, 3);
-    answer_estimate(answer, NULL, "stop", UNIT_STATION, fit->stop_station_ft.value,
-                    fit->stop_station_ft.error, 3);
-    answer_remark(answer, ", %.2f s after touchdown",
-                  fit->stop_t_s.value - fit->touchdown_t_s.value);
+    answer_add_estimate(answer, NULL, "deceleration", UNIT_DECELERATION,
+                        fit->mean_deceleration_ft_s2.value, fit->mean_deceleration_ft_s2.error, 3);
+    answer_add_estimate(answer, NULL, "stop", UNIT_STATION, fit->stop_station_ft.value,
+                        fit->stop_station_ft.error, 3);
+    answer_append_remark(answer, ", %.2f s after touchdown",
+                         fit->stop_t_s.value - fit->touchdown_t_s.value);
 }
 
 /* Adds the peak of the channel that moved most. */
@@ -56,8 +57,9 @@ static void add_movement(const struct measured *measured, struct answer *answer)
         return;
     unit_value_text(UNIT_STATION, answer_is_si(answer), (double)most->config.station_ft, 1,
                     station);
-    answer_estimate(answer, NULL, "movement", UNIT_DISPLACEMENT, most->peak, most->peak_error, 3);
-    answer_remark(answer, " at most, at %s", station);
+    answer_add_estimate(answer, NULL, "movement", UNIT_DISPLACEMENT, most->peak, most->peak_error,
+                        3);
+    answer_append_remark(answer, " at most, at %s", station);
 }
 
 /* Adds the band gages with the smallest and the largest tension. */
@@ -82,7 +84,8 @@ static void add_tension(const struct measured *measured, struct answer *answer)
     unit_value_text(UNIT_TENSION, si, high->high, 1, most);
     unit_value_text(UNIT_STATION, si, (double)low->config.station_ft, 1, at_least);
     unit_value_text(UNIT_STATION, si, (double)high->config.station_ft, 1, at_most);
-    answer_words(answer, NULL, "tension", "%s at %s to %s at %s", least, at_least, most, at_most);
+    answer_add_text(answer, NULL, "tension", "%s at %s to %s at %s", least, at_least, most,
+                    at_most);
 }
 
 /* Adds the missing switches and the number of lost frames. */
@@ -90,7 +93,7 @@ static void add_data_quality(const struct summary *summary, struct answer *answe
 {
     char switches[200], lost[200] = "";
     summary_format_switches(&summary->measured, switches, sizeof switches);
-    answer_words(answer, NULL, "switches", "%s", switches);
+    answer_add_text(answer, NULL, "switches", "%s", switches);
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         const struct summary_link *link = &summary->link[kind];
         size_t used = strlen(lost);
@@ -100,12 +103,12 @@ static void add_data_quality(const struct summary *summary, struct answer *answe
                      (long long)(link->received_frames + link->lost_frames),
                      link->was_silent ? " and was silent for a time" : "");
     }
-    answer_words(answer, NULL, "data", "%s%zu gap%s, %zu fault%s", lost, summary->gap_count,
-                 summary->gap_count == 1 ? "" : "s", summary->fault_count,
-                 summary->fault_count == 1 ? "" : "s");
+    answer_add_text(answer, NULL, "data", "%s%zu gap%s, %zu fault%s", lost, summary->gap_count,
+                    summary->gap_count == 1 ? "" : "s", summary->fault_count,
+                    summary->fault_count == 1 ? "" : "s");
     if (summary->channel_event_count)
-        answer_words(answer, NULL, "channels", "%zu changes of validity",
-                     summary->channel_event_count);
+        answer_add_text(answer, NULL, "channels", "%zu changes of validity",
+                        summary->channel_event_count);
 }
 
 bool brief_print(const char *db, const struct summary *summary, bool all, bool si, FILE *out)
@@ -126,11 +129,11 @@ bool brief_print(const char *db, const struct summary *summary, bool all, bool s
         add_movement(&summary->measured, answer);
         add_tension(&summary->measured, answer);
         add_data_quality(summary, answer);
-        answer_words(answer, NULL, "more", "matrig show %s %lld", db,
-                     (long long)summary->measured.landing.id);
+        answer_add_text(answer, NULL, "more", "matrig show %s %lld", db,
+                        (long long)summary->measured.landing.id);
         answer_close_group(answer);
     }
-    bool printed = answer_text(answer, out);
+    bool printed = answer_print_text(answer, out);
     answer_free(answer);
     return printed;
 }

@@ -76,13 +76,13 @@ bool inspection_is_single(const struct inspection_kind *kind)
 
 static bool is_temperature(const struct inspection_field *field)
 {
-    return strcmp(quantity_unit_of_name(field->name), "F") == 0;
+    return strcmp(quantity_unit_from_name(field->name), "F") == 0;
 }
 
 const char *inspection_unit(const struct inspection_field *field, bool si)
 {
-    const char *unit = quantity_unit_of_name(field->name);
-    const struct quantity_kind *kind = quantity_kind_of(unit);
+    const char *unit = quantity_unit_from_name(field->name);
+    const struct quantity_kind *kind = quantity_kind_find(unit);
     if (field->type != INSPECTION_NUMBER || !*unit)
         return "";
     if (is_temperature(field))
@@ -90,8 +90,8 @@ const char *inspection_unit(const struct inspection_field *field, bool si)
     if (si && strcmp(unit, "in2") == 0)
         return "cm2";
     for (enum unit_kind of = 0; si && of < UNIT_KIND_COUNT; of++)
-        if (strcmp(unit_of(of, false)->text, unit) == 0)
-            return unit_of(of, true)->text;
+        if (strcmp(unit_get(of, false)->text, unit) == 0)
+            return unit_get(of, true)->text;
     return si && kind && kind->si_unit && strcmp(unit, "deg") != 0 ? kind->si_unit : unit;
 }
 
@@ -128,7 +128,7 @@ static enum mr_status read_quantity(const struct inspection_field *field, const 
     const char *unit = end + strspn(end, " deg" DEGREE);
     char rounded[40];
     if (!is_temperature(field)) {
-        const char *own = quantity_unit_of_name(field->name);
+        const char *own = quantity_unit_from_name(field->name);
         *value = number;
         enum mr_status status = quantity_read(text, field->name, own, NULL, value, error);
         snprintf(rounded, sizeof rounded, "%.9g", *value);
@@ -222,7 +222,7 @@ static enum mr_status read_text(const struct inspection_field *field, const char
                          "UTF-8",
                          field->name, INSPECTION_TEXT_SIZE - 41);
     json_object_set_new(values, field->name, value);
-    if (field->choices && !spell_suggest_choice(&near, text, field->choices)) {
+    if (field->choices && !spell_suggest_add_choices(&near, text, field->choices)) {
         snprintf(advice, sizeof advice, "give one of %s", field->choices);
         return refuse_name(&near, "not a choice", field->name, advice, error);
     }
@@ -507,7 +507,7 @@ static void format_shown(const struct inspection_field *field, const json_t *val
     const char *digest = json_string_value(json_object_get(values, "file_sha256"));
     char value[40], error[40];
     double factor = celsius ? 1.0 / 1.8
-                  : si      ? quantity_convert(1.0, quantity_unit_of_name(field->name),
+                  : si      ? quantity_convert(1.0, quantity_unit_from_name(field->name),
                                                inspection_unit(field, si))
                             : 1.0;
     inspection_format(field, values, out);
@@ -536,9 +536,9 @@ static void add_cell(const struct inspection *entry, const struct inspection_fie
     format_shown(field, entry->values, si, is);
     format_shown(field, entry->corrected ? entry->corrected->values : entry->values, si, was);
     format_label(field, si, label);
-    struct answer_fact *fact = answer_words(answer, NULL, label,
-                                            strcmp(is, was) != 0 ? "%s (was %s)" : "%s",
-                                            is[0] ? is : "-", was[0] ? was : "-");
+    struct answer_style *fact = answer_add_text(answer, NULL, label,
+                                                strcmp(is, was) != 0 ? "%s (was %s)" : "%s",
+                                                is[0] ? is : "-", was[0] ? was : "-");
     fact->is_warning = judge_field(field, entry->values) == INSPECTION_FAIL;
     fact->is_number = field->type == INSPECTION_NUMBER;
 }
@@ -547,12 +547,12 @@ static void add_place(const struct inspection *entry, const char *name, const ch
                       struct answer *answer)
 {
     if (entry->kind->place == INSPECTION_STATION)
-        answer_value(answer, name ? "station" : NULL, label ? "station" : NULL, UNIT_STATION,
-                     entry->row.place, 1);
+        answer_add_value(answer, name ? "station" : NULL, label ? "station" : NULL, UNIT_STATION,
+                         entry->row.place, 1);
     else if (entry->kind->place != INSPECTION_CAMPAIGN)
-        answer_count(answer, name, label,
-                     entry->kind->place == INSPECTION_LANDING ? entry->row.run
-                                                              : (int64_t)entry->row.place);
+        answer_add_count(answer, name, label,
+                         entry->kind->place == INSPECTION_LANDING ? entry->row.run
+                                                                  : (int64_t)entry->row.place);
 }
 
 /* Returns the reason in the row that withdraws this one; NULL: it is not withdrawn. */
@@ -595,35 +595,35 @@ void inspection_add_table(const struct inspections *all, const struct inspection
     for (size_t i = 0; i < count; i++) {
         enum inspection_verdict verdict = inspection_judge(rows[i]);
         answer_open_row(answer);
-        answer_count(answer, NULL, "record", rows[i]->row.id);
+        answer_add_count(answer, NULL, "record", rows[i]->row.id);
         if (!run)
             add_place(rows[i], NULL,
                       kind->place == INSPECTION_LANDING ? "RUN" : inspection_place(kind)->name,
                       answer);
         if (withdrawal_reason(rows[i]))
-            answer_words(answer, NULL, "withdrawn", "%s", withdrawal_reason(rows[i]));
+            answer_add_text(answer, NULL, "withdrawn", "%s", withdrawal_reason(rows[i]));
         if (judged)
-            answer_words(answer, NULL, "result", "%s", inspection_verdict_text(verdict))
+            answer_add_text(answer, NULL, "result", "%s", inspection_verdict_text(verdict))
                 ->is_warning = verdict == INSPECTION_FAIL;
         for (size_t f = 0; kind->field[f].name; f++)
             if (used[f])
                 add_cell(rows[i], &kind->field[f], answer);
-        answer_words_or_none(answer, NULL, "by", rows[i]->row.who, "-");
+        answer_add_text_or_missing(answer, NULL, "by", rows[i]->row.who, "-");
         if (rows[i]->row.reason[0])
-            answer_words(answer, NULL, "reason", "%s", rows[i]->row.reason);
+            answer_add_text(answer, NULL, "reason", "%s", rows[i]->row.reason);
     }
     answer_close_group(answer);
     if (judged)
-        answer_sentence(answer, NULL, "%zu pass, %zu fail, %zu within the error of a limit.",
-                        verdicts[INSPECTION_PASS], verdicts[INSPECTION_FAIL],
-                        verdicts[INSPECTION_MARGINAL]);
+        answer_add_sentence(answer, NULL, "%zu pass, %zu fail, %zu within the error of a limit.",
+                            verdicts[INSPECTION_PASS], verdicts[INSPECTION_FAIL],
+                            verdicts[INSPECTION_MARGINAL]);
     for (const struct inspection_field *field = kind->field; field->name; field++) {
         size_t beyond = 0;
         for (size_t i = 0; i < count; i++)
             beyond += !rows[i]->replaced_by &&
                       judge_field(field, rows[i]->values) > INSPECTION_PASS;
         if (beyond)
-            answer_sentence(answer, NULL, "Limit of %s: %s.", field->words, field->limit);
+            answer_add_sentence(answer, NULL, "Limit of %s: %s.", field->words, field->limit);
     }
     free(rows);
 }
@@ -637,19 +637,19 @@ void inspection_add_json(const struct inspections *all, const struct inspection_
         if ((kind && entry->kind != kind) || (run && row->run != run))
             continue;
         answer_open_row(answer);
-        answer_count(answer, "id", NULL, row->id);
-        answer_words(answer, "kind", NULL, "%s", row->kind);
+        answer_add_count(answer, "id", NULL, row->id);
+        answer_add_text(answer, "kind", NULL, "%s", row->kind);
         add_place(entry, inspection_place(entry->kind)->name, NULL, answer);
-        answer_json_value(answer, "fields",
-                          entry->values ? json_deep_copy(entry->values) : json_null());
-        answer_words_or_none(
+        answer_add_json(answer, "fields",
+                        entry->values ? json_deep_copy(entry->values) : json_null());
+        answer_add_text_or_missing(
             answer, "result", NULL,
             entry->values ? inspection_verdict_text(inspection_judge(entry)) : NULL, NULL);
-        answer_flag(answer, "valid", NULL, inspection_is_valid(entry, NULL, 0));
-        answer_count(answer, entry->values ? "corrects" : "withdraws", NULL, row->corrects);
-        answer_words_or_none(answer, "who", NULL, row->who, NULL);
-        answer_words_or_none(answer, "reason", NULL, row->reason, NULL);
-        answer_count(answer, "made_us", NULL, row->made_us);
+        answer_add_flag(answer, "valid", NULL, inspection_is_valid(entry, NULL, 0));
+        answer_add_count(answer, entry->values ? "corrects" : "withdraws", NULL, row->corrects);
+        answer_add_text_or_missing(answer, "who", NULL, row->who, NULL);
+        answer_add_text_or_missing(answer, "reason", NULL, row->reason, NULL);
+        answer_add_count(answer, "made_us", NULL, row->made_us);
     }
     answer_close_group(answer);
 }
@@ -670,13 +670,13 @@ static void add_difference(struct difference *d, const char *kind, const char *f
         return;
     d->count++;
     answer_open_row(d->answer);
-    answer_words(d->answer, "kind", NULL, "%s", kind);
-    answer_words_or_none(d->answer, "field", NULL, field, NULL);
-    answer_words(d->answer, NULL, "difference", "%s", label);
+    answer_add_text(d->answer, "kind", NULL, "%s", kind);
+    answer_add_text_or_missing(d->answer, "field", NULL, field, NULL);
+    answer_add_text(d->answer, NULL, "difference", "%s", label);
     for (int i = 0; i < 2; i++) {
         char run[40];
         snprintf(run, sizeof run, "RUN %lld", (long long)d->run[i]);
-        answer_words_or_none(d->answer, i ? "to" : "from", run, i ? to : from, d->missing[i]);
+        answer_add_text_or_missing(d->answer, i ? "to" : "from", run, i ? to : from, d->missing[i]);
     }
 }
 

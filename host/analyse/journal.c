@@ -8,18 +8,18 @@
 
 void journal_add_observation(const struct store_observation *o, struct answer *answer)
 {
-    answer_words(answer, "kind", "observed", "%s", o->kind);
-    answer_count(answer, "id", "no", o->id);
-    answer_flag(answer, "withdrawn", o->withdrawn ? "withdrawn" : NULL, o->withdrawn);
-    answer_value(answer, "station", "station", UNIT_STATION, o->station_ft, 1)->digits = 7;
-    answer_count(answer, "panels", "panels", o->panels);
-    answer_value(answer, "height", "height", UNIT_DISPLACEMENT, o->height_in, 2);
-    answer_words_or_none(answer, "side", "side", o->side, "");
-    answer_words_or_none(answer, "form", "form", o->form, "");
-    answer_value(answer, "time", "after touchdown", UNIT_TIME, o->time_s, 2);
-    answer_words_or_none(answer, "who", "by", o->who, "");
-    answer_words_or_none(answer, "note", "note", o->note, "");
-    answer_count(answer, "made_us", NULL, o->made_us);
+    answer_add_text(answer, "kind", "observed", "%s", o->kind);
+    answer_add_count(answer, "id", "no", o->id);
+    answer_add_flag(answer, "withdrawn", o->withdrawn ? "withdrawn" : NULL, o->withdrawn);
+    answer_add_value(answer, "station", "station", UNIT_STATION, o->station_ft, 1)->digits = 7;
+    answer_add_count(answer, "panels", "panels", o->panels);
+    answer_add_value(answer, "height", "height", UNIT_DISPLACEMENT, o->height_in, 2);
+    answer_add_text_or_missing(answer, "side", "side", o->side, "");
+    answer_add_text_or_missing(answer, "form", "form", o->form, "");
+    answer_add_value(answer, "time", "after touchdown", UNIT_TIME, o->time_s, 2);
+    answer_add_text_or_missing(answer, "who", "by", o->who, "");
+    answer_add_text_or_missing(answer, "note", "note", o->note, "");
+    answer_add_count(answer, "made_us", NULL, o->made_us);
 }
 
 /* Prints the name and the value of a field; quantities in SI units with --si. */
@@ -31,32 +31,32 @@ static void add_changed_field(const struct store_change *c, struct answer *answe
     } quantities[] = {{"weight_lb", "weight", UNIT_TENSION},
                       {"touchdown_ft", "touchdown", UNIT_STATION}};
     for (size_t i = 0; i < 2; i++) {
-        const struct unit *unit = unit_of(quantities[i].kind, true);
+        const struct unit *unit = unit_get(quantities[i].kind, true);
         if (!answer_is_si(answer) || strcmp(c->field, quantities[i].field) != 0)
             continue;
-        answer_words(answer, NULL, "field", "%s_%s", quantities[i].name, unit->suffix);
+        answer_add_text(answer, NULL, "field", "%s_%s", quantities[i].name, unit->suffix);
         if (c->was[0])
-            answer_words(answer, NULL, "was", "%.6g", unit->factor * strtod(c->was, NULL));
-        answer_words(answer, NULL, "value", "%.6g", unit->factor * strtod(c->value, NULL));
+            answer_add_text(answer, NULL, "was", "%.6g", unit->factor * strtod(c->was, NULL));
+        answer_add_text(answer, NULL, "value", "%.6g", unit->factor * strtod(c->value, NULL));
         return;
     }
-    answer_words(answer, NULL, "field", "%s", c->field);
-    answer_words_or_none(answer, NULL, "was", c->was, "");
-    answer_words(answer, NULL, "value", "%s", c->value);
+    answer_add_text(answer, NULL, "field", "%s", c->field);
+    answer_add_text_or_missing(answer, NULL, "was", c->was, "");
+    answer_add_text(answer, NULL, "value", "%s", c->value);
 }
 
 void journal_add_change(const struct store_change *c, struct answer *answer)
 {
     char when[40];
     survey_format_time(c->made_us, when, sizeof when);
-    answer_words(answer, NULL, "when", "%s", when);
-    answer_words_or_none(answer, "who", "by", c->who, "");
+    answer_add_text(answer, NULL, "when", "%s", when);
+    answer_add_text_or_missing(answer, "who", "by", c->who, "");
     add_changed_field(c, answer);
-    answer_words(answer, "field", NULL, "%s", c->field);
-    answer_words_or_none(answer, "was", NULL, c->was, "");
-    answer_words(answer, "value", NULL, "%s", c->value);
-    answer_words_or_none(answer, "reason", "why", c->reason, "");
-    answer_count(answer, "made_us", NULL, c->made_us);
+    answer_add_text(answer, "field", NULL, "%s", c->field);
+    answer_add_text_or_missing(answer, "was", NULL, c->was, "");
+    answer_add_text(answer, "value", NULL, "%s", c->value);
+    answer_add_text_or_missing(answer, "reason", "why", c->reason, "");
+    answer_add_count(answer, "made_us", NULL, c->made_us);
 }
 
 enum mr_status journal_load(struct store *store, const struct store_landing *landing,

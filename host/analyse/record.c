@@ -712,19 +712,19 @@ void record_add_outcome(const struct record_row *row, struct answer *answer)
 {
     const struct outcome *outcome = &row->outcome;
     char line[RECORD_LINE_SIZE];
-    answer_words(answer, NULL, "outcome", "%s", record_format_line(row, line));
+    answer_add_text(answer, NULL, "outcome", "%s", record_format_line(row, line));
     answer_open_group(answer, "outcome", NULL);
-    answer_words(answer, "result", NULL, "%s", record_verdict_text(row->verdict));
-    answer_value(answer, "lead", NULL, UNIT_TIME, row->lead_time_s, 3);
-    answer_value(answer, "lead_low", NULL, UNIT_TIME, row->lead_time_low_s, 3);
-    answer_value(answer, "lead_high", NULL, UNIT_TIME, row->lead_time_high_s, 3);
+    answer_add_text(answer, "result", NULL, "%s", record_verdict_text(row->verdict));
+    answer_add_value(answer, "lead", NULL, UNIT_TIME, row->lead_time_s, 3);
+    answer_add_value(answer, "lead_low", NULL, UNIT_TIME, row->lead_time_low_s, 3);
+    answer_add_value(answer, "lead_high", NULL, UNIT_TIME, row->lead_time_high_s, 3);
     if (outcome->reached == OUTCOME_UNKNOWN)
-        answer_no_value(answer, "zone_reached", NULL, "");
+        answer_add_missing_value(answer, "zone_reached", NULL, "");
     else
-        answer_flag(answer, "zone_reached", NULL, outcome->reached == OUTCOME_REACHED);
-    answer_value(answer, "zone_reached_t", NULL, UNIT_TIME, outcome->reached_t_s, 3);
-    answer_count(answer, "zone_mats", NULL, outcome->longest_mats);
-    answer_words(answer, "evidence", NULL, "%s", record_format_evidence(row, line));
+        answer_add_flag(answer, "zone_reached", NULL, outcome->reached == OUTCOME_REACHED);
+    answer_add_value(answer, "zone_reached_t", NULL, UNIT_TIME, outcome->reached_t_s, 3);
+    answer_add_count(answer, "zone_mats", NULL, outcome->longest_mats);
+    answer_add_text(answer, "evidence", NULL, "%s", record_format_evidence(row, line));
     answer_close_group(answer);
 }
 
@@ -746,8 +746,8 @@ static void add_warnings(const struct record *record, struct answer *answer)
     answer_open_group(answer, "warnings", "warnings");
     for (size_t i = 1; i <= RECORD_VERDICTS; i++) {
         enum record_verdict verdict = (enum record_verdict)(i % RECORD_VERDICTS);
-        answer_count(answer, names[verdict], record_verdict_text(verdict),
-                     (int64_t)record->verdict_count[verdict]);
+        answer_add_count(answer, names[verdict], record_verdict_text(verdict),
+                         (int64_t)record->verdict_count[verdict]);
     }
     answer_close_group(answer);
 }
@@ -758,23 +758,23 @@ static void add_advice(const struct record *record, struct answer *answer)
     answer_open_table(answer, "advice", "advice before landings");
     for (size_t i = 0; i < RECORD_ADVICES; i++) {
         answer_open_row(answer);
-        answer_words(answer, "advice", "advice", "%s", names[i]);
-        answer_count(answer, "came", "zone reached",
-                     (int64_t)record->advice_count[i][OUTCOME_REACHED]);
-        answer_count(answer, "did_not", "not reached",
-                     (int64_t)record->advice_count[i][OUTCOME_NOT_REACHED]);
-        answer_count(answer, "unknown", "not known",
-                     (int64_t)record->advice_count[i][OUTCOME_UNKNOWN]);
+        answer_add_text(answer, "advice", "advice", "%s", names[i]);
+        answer_add_count(answer, "came", "zone reached",
+                         (int64_t)record->advice_count[i][OUTCOME_REACHED]);
+        answer_add_count(answer, "did_not", "not reached",
+                         (int64_t)record->advice_count[i][OUTCOME_NOT_REACHED]);
+        answer_add_count(answer, "unknown", "not known",
+                         (int64_t)record->advice_count[i][OUTCOME_UNKNOWN]);
     }
     answer_close_group(answer);
-    answer_count(answer, "off_plan", "not landed as planned", (int64_t)record->off_plan_count);
+    answer_add_count(answer, "off_plan", "not landed as planned", (int64_t)record->off_plan_count);
 }
 
 static void add_summary_line(const struct record *record, struct answer *answer)
 {
     const size_t *verdict = record->verdict_count;
     const size_t reached = verdict[RECORD_HIT] + verdict[RECORD_LATE] + verdict[RECORD_MISS];
-    answer_sentence(
+    answer_add_sentence(
         answer, NULL,
         "The wheel reached a zone in %zu landing%s: the board warned in time in %zu, too late in "
         "%zu and not at all in %zu. The other landings: %zu with a false warning, %zu correctly "
@@ -785,16 +785,17 @@ static void add_summary_line(const struct record *record, struct answer *answer)
     for (size_t i = 0; i < record->row_count; i++) {
         char evidence[RECORD_TEXT_SIZE];
         if (!record->row[i].is_void && record_is_marginal(&record->row[i]))
-            answer_sentence(answer, NULL, "RUN %lld: %s.", (long long)record->row[i].run,
-                            record_format_evidence(&record->row[i], evidence));
+            answer_add_sentence(answer, NULL, "RUN %lld: %s.", (long long)record->row[i].run,
+                                record_format_evidence(&record->row[i], evidence));
     }
 }
 
 void record_to_answer(const struct record *record, bool brief, struct answer *answer)
 {
     answer_open_group(answer, "record", brief ? NULL : "");
-    answer_count(answer, "counted", brief ? NULL : "landings", (int64_t)record->landing_count);
-    answer_count(answer, "voided", brief ? NULL : "void, not counted", (int64_t)record->void_count);
+    answer_add_count(answer, "counted", brief ? NULL : "landings", (int64_t)record->landing_count);
+    answer_add_count(answer, "voided", brief ? NULL : "void, not counted",
+                     (int64_t)record->void_count);
     add_warnings(record, answer);
     add_advice(record, answer);
     answer_close_group(answer);

@@ -121,39 +121,39 @@ static const char *get_gap_reason(const char *cause)
 static void add_gap(const struct store_gap *gap, struct answer *answer)
 {
     answer_open_row(answer);
-    answer_words(answer, NULL, "link", "%s", summary_link_name(gap->link));
-    answer_words(answer, "link", NULL, gap->link == LINK_CAN ? "can" : "serial");
-    answer_count(answer, "count", "count", gap->count);
-    answer_words(answer, "message", "data", "%s", gap->message);
-    answer_words(answer, "channels", "channels", "%s", gap->channels);
-    answer_words(answer, NULL, "cause", "%s", get_gap_reason(gap->cause));
-    answer_words(answer, "cause", NULL, "%s", gap->cause);
-    answer_count(answer, "from_block", "from block", gap->from_block);
-    answer_count(answer, "to_block", "to block", gap->to_block);
+    answer_add_text(answer, NULL, "link", "%s", summary_link_name(gap->link));
+    answer_add_text(answer, "link", NULL, gap->link == LINK_CAN ? "can" : "serial");
+    answer_add_count(answer, "count", "count", gap->count);
+    answer_add_text(answer, "message", "data", "%s", gap->message);
+    answer_add_text(answer, "channels", "channels", "%s", gap->channels);
+    answer_add_text(answer, NULL, "cause", "%s", get_gap_reason(gap->cause));
+    answer_add_text(answer, "cause", NULL, "%s", gap->cause);
+    answer_add_count(answer, "from_block", "from block", gap->from_block);
+    answer_add_count(answer, "to_block", "to block", gap->to_block);
 }
 
 static void add_link(const struct summary_link *link, int kind, struct answer *answer)
 {
     char line[400], label[20];
     if (!link->is_used) {
-        answer_words(answer, NULL, summary_link_name(kind), "not used");
+        answer_add_text(answer, NULL, summary_link_name(kind), "not used");
         return;
     }
-    answer_words(answer, NULL, summary_link_name(kind),
-                 "%lld frames received, %lld lost, %lld not sent by the board%s",
-                 (long long)link->received_frames, (long long)link->lost_frames,
-                 (long long)link->dropped_frames,
-                 link->was_silent ? "; the link was silent for a time: more may be lost" : "");
+    answer_add_text(answer, NULL, summary_link_name(kind),
+                    "%lld frames received, %lld lost, %lld not sent by the board%s",
+                    (long long)link->received_frames, (long long)link->lost_frames,
+                    (long long)link->dropped_frames,
+                    link->was_silent ? "; the link was silent for a time: more may be lost" : "");
     summary_format_link_errors(link->error_count, line, sizeof line);
     snprintf(label, sizeof label, "%s link", summary_link_name(kind));
     if (line[0])
-        answer_words(answer, NULL, label, "%s", line);
+        answer_add_text(answer, NULL, label, "%s", line);
     answer_open_group(answer, kind == LINK_CAN ? "can" : "serial", NULL);
-    answer_count(answer, "received", NULL, link->received_frames);
-    answer_count(answer, "lost", NULL, link->lost_frames);
-    answer_count(answer, "dropped", NULL, link->dropped_frames);
-    answer_flag(answer, "silent", NULL, link->was_silent);
-    answer_json_value(answer, "troubles", summary_link_errors_to_json(link->error_count));
+    answer_add_count(answer, "received", NULL, link->received_frames);
+    answer_add_count(answer, "lost", NULL, link->lost_frames);
+    answer_add_count(answer, "dropped", NULL, link->dropped_frames);
+    answer_add_flag(answer, "silent", NULL, link->was_silent);
+    answer_add_json(answer, "troubles", summary_link_errors_to_json(link->error_count));
     answer_close_group(answer);
 }
 
@@ -164,7 +164,7 @@ static void add_links(const struct summary *summary, struct answer *answer)
         add_link(&summary->link[kind], kind, answer);
     answer_close_group(answer);
     if (summary->gap_count == 0)
-        answer_words(answer, NULL, "gaps", "none");
+        answer_add_text(answer, NULL, "gaps", "none");
     answer_open_table(answer, "gaps", "gaps");
     for (size_t i = 0; i < summary->gap_count; i++)
         add_gap(&summary->gap[i], answer);
@@ -189,16 +189,17 @@ static void add_mean(const struct store_mean *mean, struct answer *answer)
         while ((unsigned char)*unit >= 0x80) /* skip the degree sign */
             unit++;
         if (!m->readings && m->messages)
-            answer_words(answer, NULL, info->name, "none of %lld readings received; %s",
-                         (long long)m->messages, info->missing_reason);
+            answer_add_text(answer, NULL, info->name, "none of %lld readings received; %s",
+                            (long long)m->messages, info->missing_reason);
         if (!m->readings)
             continue;
-        answer_estimate(answer, NULL, info->name, UNIT_NUMBER, m->mean, m->error, info->decimals);
-        answer_remark(answer, " %s, %lld of %lld readings", unit, (long long)m->readings,
-                      (long long)m->messages);
-        answer_value(answer, info->key, NULL, UNIT_NUMBER, m->mean, info->decimals);
+        answer_add_estimate(answer, NULL, info->name, UNIT_NUMBER, m->mean, m->error,
+                            info->decimals);
+        answer_append_remark(answer, " %s, %lld of %lld readings", unit, (long long)m->readings,
+                             (long long)m->messages);
+        answer_add_value(answer, info->key, NULL, UNIT_NUMBER, m->mean, info->decimals);
         if (!isnan(m->error))
-            answer_value(answer, info->error_key, NULL, UNIT_NUMBER, m->error, info->decimals)
+            answer_add_value(answer, info->error_key, NULL, UNIT_NUMBER, m->error, info->decimals)
                 ->digits = 4;
     }
 }
@@ -235,32 +236,34 @@ static void add_missing_samples(const struct measured *measured, enum mr_channel
 {
     char numbers[120];
     if (measured->has_no_baseline && kind == MR_KIND_DISPLACEMENT)
-        answer_sentence(answer, NULL,
-                        "No reading at rest was received before the landing: movements are not "
-                        "known.");
+        answer_add_sentence(answer, NULL,
+                            "No reading at rest was received before the landing: movements are not "
+                            "known.");
     else if (measured->is_start_missing && measured->first_edge > 0)
-        answer_sentence(answer, NULL,
-                        "The first switch edges were not received: least, most and end values are "
-                        "those from edge %lld on.",
-                        (long long)measured->first_edge);
+        answer_add_sentence(
+            answer, NULL,
+            "The first switch edges were not received: least, most and end values are "
+            "those from edge %lld on.",
+            (long long)measured->first_edge);
     if (measured_ends_while_moving(measured))
-        answer_sentence(answer, NULL,
-                        "The record ends %.3f s after %s, while the gear %s: peaks and end values "
-                        "are those up to that time.",
-                        measured_time_s(measured, measured->samples - 1),
-                        measured_origin_text(measured), measured_motion_at_end_text(measured));
+        answer_add_sentence(
+            answer, NULL,
+            "The record ends %.3f s after %s, while the gear %s: peaks and end values "
+            "are those up to that time.",
+            measured_time_s(measured, measured->samples - 1), measured_origin_text(measured),
+            measured_motion_at_end_text(measured));
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
         if (!has_missing_samples(channel, kind) ||
             !format_channels_missing_alike(measured, c, numbers, sizeof numbers))
             continue;
-        answer_sentence(answer, NULL,
-                        "Readings are missing from %.3f to %.3f s (%s%s %s): peaks in this "
-                        "interval are missed, and the stated errors do not include that.",
-                        measured_time_s(measured, channel->missing_from),
-                        measured_time_s(measured, channel->missing_to),
-                        kind == MR_KIND_TENSION ? "gage" : "transducer",
-                        strpbrk(numbers, " ") ? "s" : "", numbers);
+        answer_add_sentence(answer, NULL,
+                            "Readings are missing from %.3f to %.3f s (%s%s %s): peaks in this "
+                            "interval are missed, and the stated errors do not include that.",
+                            measured_time_s(measured, channel->missing_from),
+                            measured_time_s(measured, channel->missing_to),
+                            kind == MR_KIND_TENSION ? "gage" : "transducer",
+                            strpbrk(numbers, " ") ? "s" : "", numbers);
     }
 }
 
@@ -314,22 +317,23 @@ static void add_ready_checks(const struct summary_ready_check ready[SUMMARY_READ
     for (int kind = 0; kind < SUMMARY_READY_CHECK_COUNT; kind++) {
         const struct summary_ready_check *r = &ready[kind];
         if (r->is_known)
-            answer_words(answer, NULL, get_ready_kind_name(kind), "%s, %.0f min before%s%s",
-                         r->is_go ? "go" : "NO-GO", r->minutes_before_arming,
-                         r->failed_checks[0] ? ": " : "", r->failed_checks)
+            answer_add_text(answer, NULL, get_ready_kind_name(kind), "%s, %.0f min before%s%s",
+                            r->is_go ? "go" : "NO-GO", r->minutes_before_arming,
+                            r->failed_checks[0] ? ": " : "", r->failed_checks)
                 ->is_warning = !r->is_go;
     }
     answer_open_group(answer, "readiness", NULL);
     for (int kind = 0; kind < SUMMARY_READY_CHECK_COUNT; kind++) {
         if (!ready[kind].is_known) {
-            answer_no_value(answer, get_ready_kind_name(kind), NULL, "");
+            answer_add_missing_value(answer, get_ready_kind_name(kind), NULL, "");
             continue;
         }
         answer_open_group(answer, get_ready_kind_name(kind), NULL);
-        answer_flag(answer, "go", NULL, ready[kind].is_go);
-        answer_value(answer, "before_min", NULL, UNIT_NUMBER, ready[kind].minutes_before_arming, 0)
+        answer_add_flag(answer, "go", NULL, ready[kind].is_go);
+        answer_add_value(answer, "before_min", NULL, UNIT_NUMBER, ready[kind].minutes_before_arming,
+                         0)
             ->digits = 4;
-        answer_words(answer, "no_go", NULL, "%s", ready[kind].failed_checks);
+        answer_add_text(answer, "no_go", NULL, "%s", ready[kind].failed_checks);
         answer_close_group(answer);
     }
     answer_close_group(answer);
@@ -409,28 +413,29 @@ static void add_clock(const struct summary *summary, struct answer *answer)
     if (!summary->is_clock_known)
         return;
     answer_open_group(answer, "clock", "");
-    answer_flag(answer, "good", NULL, good);
-    answer_words(answer, "text", NULL, "%s", timemap_refusal_text((unsigned)clock->refusal));
+    answer_add_flag(answer, "good", NULL, good);
+    answer_add_text(answer, "text", NULL, "%s", timemap_refusal_text((unsigned)clock->refusal));
     if (good) {
-        answer_words(answer, NULL, "clock",
-                     "the board's clock is %.2f +- %.2f ppm %s (%s, %lld time pairs); times of day "
-                     "are known within %.2f ms (95 %%) plus the minimum delay of the link",
-                     fabs(clock->fast_ppm), clock->fast_half_ppm,
-                     clock->fast_ppm < 0.0 ? "slow" : "fast", summary_link_name((int)clock->link),
-                     (long long)clock->pairs, clock->host_half_us / 1e3);
-        answer_words(answer, "link", NULL, clock->link == LINK_CAN ? "can" : "serial");
-        answer_count(answer, "moments", NULL, clock->pairs);
-        answer_value(answer, "fast_ppm", NULL, UNIT_NUMBER, clock->fast_ppm, 2);
-        answer_value(answer, "fast_half_ppm", NULL, UNIT_NUMBER, clock->fast_half_ppm, 2);
-        answer_count(answer, "t0_unix_us", NULL, llround(touchdown.host_us));
-        answer_value(answer, "t0_half_us", NULL, UNIT_NUMBER, touchdown.half_width_us, 0);
+        answer_add_text(
+            answer, NULL, "clock",
+            "the board's clock is %.2f +- %.2f ppm %s (%s, %lld time pairs); times of day "
+            "are known within %.2f ms (95 %%) plus the minimum delay of the link",
+            fabs(clock->fast_ppm), clock->fast_half_ppm, clock->fast_ppm < 0.0 ? "slow" : "fast",
+            summary_link_name((int)clock->link), (long long)clock->pairs,
+            clock->host_half_us / 1e3);
+        answer_add_text(answer, "link", NULL, clock->link == LINK_CAN ? "can" : "serial");
+        answer_add_count(answer, "moments", NULL, clock->pairs);
+        answer_add_value(answer, "fast_ppm", NULL, UNIT_NUMBER, clock->fast_ppm, 2);
+        answer_add_value(answer, "fast_half_ppm", NULL, UNIT_NUMBER, clock->fast_half_ppm, 2);
+        answer_add_count(answer, "t0_unix_us", NULL, llround(touchdown.host_us));
+        answer_add_value(answer, "t0_half_us", NULL, UNIT_NUMBER, touchdown.half_width_us, 0);
     } else {
-        answer_words(answer, NULL, "clock", "times of day unknown: %s",
-                     timemap_refusal_text((unsigned)clock->refusal));
+        answer_add_text(answer, NULL, "clock", "times of day unknown: %s",
+                        timemap_refusal_text((unsigned)clock->refusal));
     }
     if (good && summary->measured.is_t0_touchdown) {
         format_time_of_day(touchdown.host_us, day, sizeof day);
-        answer_words(answer, NULL, "touchdown at", "%s", day);
+        answer_add_text(answer, NULL, "touchdown at", "%s", day);
     }
     answer_close_group(answer);
 }
@@ -438,7 +443,7 @@ static void add_clock(const struct summary *summary, struct answer *answer)
 static void add_film(const struct summary *summary, struct answer *answer)
 {
     const struct film *film = &summary->film;
-    const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
+    const struct unit *station = unit_get(UNIT_STATION, answer_is_si(answer));
     double worst_ft = 0.0;
     size_t placed = 0;
     char gear[120] = "";
@@ -455,11 +460,11 @@ static void add_film(const struct summary *summary, struct answer *answer)
                  "; the position of the gear is known on %zu of them within %.3f %s (95 %%)",
                  placed, SUMMARY_HALF_WIDTH_95 * worst_ft * station->factor, station->text);
     answer_open_group(answer, "film", "");
-    answer_words(answer, NULL, "film", "%zu frames, %.2f a second, %lld missing%s",
-                 film->frame_count, film->rate_hz, (long long)film->missing_frame_count, gear);
-    answer_count(answer, "frames", NULL, (int64_t)film->frame_count);
-    answer_count(answer, "missing", NULL, film->missing_frame_count);
-    answer_value(answer, "rate_hz", NULL, UNIT_NUMBER, film->rate_hz, 2)->digits = 9;
+    answer_add_text(answer, NULL, "film", "%zu frames, %.2f a second, %lld missing%s",
+                    film->frame_count, film->rate_hz, (long long)film->missing_frame_count, gear);
+    answer_add_count(answer, "frames", NULL, (int64_t)film->frame_count);
+    answer_add_count(answer, "missing", NULL, film->missing_frame_count);
+    answer_add_value(answer, "rate_hz", NULL, UNIT_NUMBER, film->rate_hz, 2)->digits = 9;
     answer_close_group(answer);
 }
 
@@ -570,7 +575,7 @@ static void add_channel_fault(const struct summary *summary, size_t i, struct an
     if (event->code == MR_VALID || event->detail < 0 || event->detail >= (int64_t)MR_CHANNELS)
         return;
     const struct mr_channel_config *config = &measured->channel[event->detail].config;
-    const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
+    const struct unit *station = unit_get(UNIT_STATION, answer_is_si(answer));
     bool bridge = config->kind == MR_KIND_TENSION;
     char until[40] = " on";
     for (size_t later = summary->channel_event_count; later-- > i + 1;) {
@@ -578,12 +583,13 @@ static void add_channel_fault(const struct summary *summary, size_t i, struct an
             snprintf(until, sizeof until, " to %.3f s",
                      get_event_time_s(measured, &summary->channel_event[later]));
     }
-    answer_words(answer, NULL, "channels", "%s %u (%.1f %s): %s, from %.3f s%s",
-                 bridge ? "gage" : "transducer", config->number,
-                 (double)config->station_ft * station->factor, station->text,
-                 bridge && event->code == MR_INVALID_OPEN ? "bridge open"
-                                                          : mr_validity_text((unsigned)event->code),
-                 get_event_time_s(measured, event), until);
+    answer_add_text(answer, NULL, "channels", "%s %u (%.1f %s): %s, from %.3f s%s",
+                    bridge ? "gage" : "transducer", config->number,
+                    (double)config->station_ft * station->factor, station->text,
+                    bridge && event->code == MR_INVALID_OPEN
+                        ? "bridge open"
+                        : mr_validity_text((unsigned)event->code),
+                    get_event_time_s(measured, event), until);
 }
 
 static void add_channel_events(const struct summary *summary, struct answer *answer)
@@ -594,10 +600,11 @@ static void add_channel_events(const struct summary *summary, struct answer *ans
     for (size_t i = 0; i < summary->channel_event_count; i++) {
         const struct store_fault *event = &summary->channel_event[i];
         answer_open_row(answer);
-        answer_count(answer, "channel", NULL, event->detail);
-        answer_count(answer, "validity", NULL, event->code);
-        answer_words(answer, "text", NULL, "%s", mr_validity_text((unsigned)event->code));
-        answer_value(answer, "t", NULL, UNIT_TIME, get_event_time_s(&summary->measured, event), 3)
+        answer_add_count(answer, "channel", NULL, event->detail);
+        answer_add_count(answer, "validity", NULL, event->code);
+        answer_add_text(answer, "text", NULL, "%s", mr_validity_text((unsigned)event->code));
+        answer_add_value(answer, "t", NULL, UNIT_TIME, get_event_time_s(&summary->measured, event),
+                         3)
             ->digits = 9;
     }
     answer_close_group(answer);
@@ -608,19 +615,19 @@ static void add_restarts(const struct summary *summary, struct answer *answer)
     const struct measured *measured = &summary->measured;
     char cause[100], after[40] = "";
     if (summary->restart_count == 0) {
-        answer_no_value(answer, "restart", NULL, "");
+        answer_add_missing_value(answer, "restart", NULL, "");
         return;
     }
     health_reset_text(summary->restart->detail, cause, sizeof cause);
     if (measured->samples)
         snprintf(after, sizeof after, " after %.3f s",
                  measured_time_s(measured, measured->samples - 1));
-    answer_words(answer, NULL, "restart", "the board restarted (%s): the record ends%s",
-                 cause[0] ? cause : "cause not known", after)
+    answer_add_text(answer, NULL, "restart", "the board restarted (%s): the record ends%s",
+                    cause[0] ? cause : "cause not known", after)
         ->is_warning = true;
     answer_open_group(answer, "restart", "");
-    answer_words(answer, "cause", NULL, "%s", cause);
-    answer_count(answer, "reset_cause", NULL, summary->restart->detail);
+    answer_add_text(answer, "cause", NULL, "%s", cause);
+    answer_add_count(answer, "reset_cause", NULL, summary->restart->detail);
     answer_close_group(answer);
 }
 
@@ -631,22 +638,23 @@ static void add_commands(const struct summary *summary, struct answer *answer)
         const struct store_fault *order = &summary->command[i];
         enum mr_status status = (enum mr_status)order->detail;
         if (order->code != MR_COMMAND_ARM || status != MR_OK)
-            answer_words(answer, NULL, "command", "%s, sent by %s at %.3f s: %s%s",
-                         mr_command_name((unsigned)order->code),
-                         order->count ? "matrig log" : "another program",
-                         get_event_time_s(&summary->measured, order),
-                         status == MR_OK ? "executed" : "refused, ",
-                         status == MR_OK ? "" : mr_status_text(status))
+            answer_add_text(answer, NULL, "command", "%s, sent by %s at %.3f s: %s%s",
+                            mr_command_name((unsigned)order->code),
+                            order->count ? "matrig log" : "another program",
+                            get_event_time_s(&summary->measured, order),
+                            status == MR_OK ? "executed" : "refused, ",
+                            status == MR_OK ? "" : mr_status_text(status))
                 ->is_warning = status != MR_OK;
     }
     answer_open_table(answer, "orders", NULL);
     for (size_t i = 0; i < summary->command_count; i++) {
         const struct store_fault *order = &summary->command[i];
         answer_open_row(answer);
-        answer_words(answer, "command", NULL, "%s", mr_command_name((unsigned)order->code));
-        answer_count(answer, "status", NULL, order->detail);
-        answer_flag(answer, "own", NULL, order->count);
-        answer_value(answer, "t", NULL, UNIT_TIME, get_event_time_s(&summary->measured, order), 3)
+        answer_add_text(answer, "command", NULL, "%s", mr_command_name((unsigned)order->code));
+        answer_add_count(answer, "status", NULL, order->detail);
+        answer_add_flag(answer, "own", NULL, order->count);
+        answer_add_value(answer, "t", NULL, UNIT_TIME, get_event_time_s(&summary->measured, order),
+                         3)
             ->digits = 9;
     }
     answer_close_group(answer);
@@ -658,10 +666,10 @@ static void add_switch_events(const struct summary *summary, struct answer *answ
     for (size_t i = 0; i < summary->switch_event_count; i++) {
         const struct store_fault *event = &summary->switch_event[i];
         answer_open_row(answer);
-        answer_count(answer, "switch", NULL, event->detail);
-        answer_count(answer, "reason", NULL, event->code);
-        answer_words(answer, "text", NULL, "%s", mr_switch_reason_text((unsigned)event->code));
-        answer_count(answer, "count", NULL, event->count);
+        answer_add_count(answer, "switch", NULL, event->detail);
+        answer_add_count(answer, "reason", NULL, event->code);
+        answer_add_text(answer, "text", NULL, "%s", mr_switch_reason_text((unsigned)event->code));
+        answer_add_count(answer, "count", NULL, event->count);
     }
     answer_close_group(answer);
     for (size_t i = 0; i < summary->switch_event_count; i++) {
@@ -671,16 +679,16 @@ static void add_switch_events(const struct summary *summary, struct answer *answ
             snprintf(times, sizeof times, ", %lld times", (long long)event->count);
         if (event->detail > 0)
             snprintf(which, sizeof which, "switch %lld", (long long)event->detail);
-        answer_words(answer, NULL, "switches", "%s: %s%s", which,
-                     mr_switch_reason_text((unsigned)event->code), times);
+        answer_add_text(answer, NULL, "switches", "%s: %s%s", which,
+                        mr_switch_reason_text((unsigned)event->code), times);
     }
 }
 
 static void add_motion_estimate(const char *name, const char *label, enum unit_kind unit,
                                 struct mr_estimate value, int decimals, struct answer *answer)
 {
-    struct answer_fact *fact = answer_estimate(answer, name, label, unit, value.value, value.error,
-                                               decimals);
+    struct answer_style *fact = answer_add_estimate(answer, name, label, unit, value.value,
+                                                    value.error, decimals);
     fact->digits = 9;
     fact->shows_interval = true;
 }
@@ -691,30 +699,30 @@ static void add_motion(const struct summary *summary, struct answer *answer)
     const struct mr_gates_summary *fit = &measured->summary;
     char switches[200];
     summary_format_switches(measured, switches, sizeof switches);
-    answer_words(answer, NULL, "switches", "%s", switches);
+    answer_add_text(answer, NULL, "switches", "%s", switches);
     add_switch_events(summary, answer);
-    answer_count(answer, "switches", NULL, (int64_t)measured->switch_count);
-    answer_count(answer, "switches_seen", NULL, (int64_t)measured->gate_count);
-    answer_words(answer, "fit", NULL, "%s", mr_status_text(measured->fit_status));
+    answer_add_count(answer, "switches", NULL, (int64_t)measured->switch_count);
+    answer_add_count(answer, "switches_seen", NULL, (int64_t)measured->gate_count);
+    answer_add_text(answer, "fit", NULL, "%s", mr_status_text(measured->fit_status));
     if (measured->fit_status == MR_OK || measured->fit_status == MR_TRUNCATED)
         add_motion_estimate("touchdown_speed", "touchdown", UNIT_SPEED, fit->touchdown_speed_ft_s,
                             4, answer);
     if (measured->fit_status == MR_TRUNCATED) {
         char reason[MEASURED_REASON_SIZE];
         measured_format_unknown_stop(measured, reason);
-        answer_words(answer, NULL, "stop", "not known: %s", reason);
+        answer_add_text(answer, NULL, "stop", "not known: %s", reason);
     } else if (measured->fit_status != MR_OK) {
-        answer_words(answer, NULL, "motion", "not known: %s",
-                     measured->is_start_missing ? "the first switch edges were not received"
-                                                : mr_status_text(measured->fit_status));
+        answer_add_text(answer, NULL, "motion", "not known: %s",
+                        measured->is_start_missing ? "the first switch edges were not received"
+                                                   : mr_status_text(measured->fit_status));
     } else {
         add_motion_estimate("mean_deceleration", "deceleration", UNIT_DECELERATION,
                             fit->mean_deceleration_ft_s2, 4, answer);
         add_motion_estimate("stop_station", "stop", UNIT_STATION, fit->stop_station_ft, 3, answer);
-        answer_value(answer, "stop_after_touchdown", "time to rest", UNIT_TIME,
-                     fit->stop_t_s.value - fit->touchdown_t_s.value, 3)
+        answer_add_value(answer, "stop_after_touchdown", "time to rest", UNIT_TIME,
+                         fit->stop_t_s.value - fit->touchdown_t_s.value, 3)
             ->digits = 9;
-        answer_count(answer, "stop_gates", NULL, fit->used_for_stop);
+        answer_add_count(answer, "stop_gates", NULL, fit->used_for_stop);
     }
 }
 
@@ -727,36 +735,39 @@ static void add_channel(const struct measured *measured, const struct measured_c
     const double valid = measured->samples
                            ? (double)channel->valid_samples / (double)measured->samples
                            : 0.0;
-    answer_count(answer, "number", gage ? "gage" : "transducer", channel->config.number);
+    answer_add_count(answer, "number", gage ? "gage" : "transducer", channel->config.number);
     if (gage)
-        answer_count(answer, "band", "band", channel->config.band);
-    answer_value(answer, "station", "station", UNIT_STATION, (double)channel->config.station_ft, 1)
+        answer_add_count(answer, "band", "band", channel->config.band);
+    answer_add_value(answer, "station", "station", UNIT_STATION, (double)channel->config.station_ft,
+                     1)
         ->digits = 9;
-    answer_value(answer, "before", gage ? "before" : NULL, unit, channel->baseline, decimals)
+    answer_add_value(answer, "before", gage ? "before" : NULL, unit, channel->baseline, decimals)
         ->digits = 9;
     if (!gage) {
-        answer_estimate(answer, NULL, "peak", unit, channel->peak, channel->peak_error, decimals);
-        answer_value(answer, "peak", NULL, unit, channel->peak, decimals)->digits = 9;
+        answer_add_estimate(answer, NULL, "peak", unit, channel->peak, channel->peak_error,
+                            decimals);
+        answer_add_value(answer, "peak", NULL, unit, channel->peak, decimals)->digits = 9;
     }
-    answer_value(answer, "error", NULL, unit, channel->peak_error, decimals)->digits = 9;
-    answer_estimate(answer, "least", gage ? "least" : NULL, unit, channel->low, channel->low_error,
-                    decimals)
+    answer_add_value(answer, "error", NULL, unit, channel->peak_error, decimals)->digits = 9;
+    answer_add_estimate(answer, "least", gage ? "least" : NULL, unit, channel->low,
+                        channel->low_error, decimals)
         ->digits = 9;
-    answer_estimate(answer, "most", gage ? "most" : NULL, unit, channel->high, channel->high_error,
-                    decimals)
+    answer_add_estimate(answer, "most", gage ? "most" : NULL, unit, channel->high,
+                        channel->high_error, decimals)
         ->digits = 9;
-    answer_estimate(answer, "end", "at the end", unit, channel->end, channel->end_error, decimals)
+    answer_add_estimate(answer, "end", "at the end", unit, channel->end, channel->end_error,
+                        decimals)
         ->digits = 9;
     if (channel->missing_to > channel->missing_from) {
-        answer_value(answer, "missing_from", NULL, UNIT_TIME,
-                     measured_time_s(measured, channel->missing_from), 3)
+        answer_add_value(answer, "missing_from", NULL, UNIT_TIME,
+                         measured_time_s(measured, channel->missing_from), 3)
             ->digits = 9;
-        answer_value(answer, "missing_to", NULL, UNIT_TIME,
-                     measured_time_s(measured, channel->missing_to), 3)
+        answer_add_value(answer, "missing_to", NULL, UNIT_TIME,
+                         measured_time_s(measured, channel->missing_to), 3)
             ->digits = 9;
     }
-    answer_value(answer, "valid_fraction", NULL, UNIT_NUMBER, valid, 3);
-    answer_value(answer, NULL, "valid|%", UNIT_NUMBER, 100.0 * valid, 1);
+    answer_add_value(answer, "valid_fraction", NULL, UNIT_NUMBER, valid, 3);
+    answer_add_value(answer, NULL, "valid|%", UNIT_NUMBER, 100.0 * valid, 1);
 }
 
 void summary_add_channels(const struct measured *measured, enum mr_channel_kind kind,
@@ -792,15 +803,15 @@ static void add_channels(const struct measured *measured, struct answer *answer)
 static void add_faults(const struct summary *summary, struct answer *answer)
 {
     if (summary->fault_count == 0)
-        answer_words(answer, NULL, "faults", "none");
+        answer_add_text(answer, NULL, "faults", "none");
     answer_open_table(answer, "faults", "faults");
     for (size_t i = 0; i < summary->fault_count; i++) {
         const struct store_fault *fault = &summary->fault[i];
         answer_open_row(answer);
-        answer_count(answer, "code", NULL, fault->code);
-        answer_words(answer, "text", "fault", "%s", mr_fault_text((unsigned)fault->code));
-        answer_count(answer, "detail", "[detail]", fault->detail);
-        answer_count(answer, "count", "times", fault->count);
+        answer_add_count(answer, "code", NULL, fault->code);
+        answer_add_text(answer, "text", "fault", "%s", mr_fault_text((unsigned)fault->code));
+        answer_add_count(answer, "detail", "[detail]", fault->detail);
+        answer_add_count(answer, "count", "times", fault->count);
     }
     answer_close_group(answer);
 }
@@ -809,18 +820,18 @@ static void add_import(const struct summary *summary, struct answer *answer)
 {
     const struct store_import *import = &summary->import;
     if (!summary->is_imported) {
-        answer_no_value(answer, "import", NULL, "");
+        answer_add_missing_value(answer, "import", NULL, "");
         return;
     }
     answer_open_group(answer, "import", "");
-    answer_words(answer, NULL, "imported from", "%s (%s%s%s, %lld bytes, SHA-256 %s)", import->file,
-                 import->format, import->bus[0] ? " of " : "", import->bus,
-                 (long long)import->bytes, import->sha256);
-    answer_words(answer, "file", NULL, "%s", import->file);
-    answer_words_or_none(answer, "bus", NULL, import->bus[0] ? import->bus : NULL, NULL);
-    answer_words(answer, "verdict", "file state", "%s", import->verdict);
-    answer_words(answer, "sha256", NULL, "%s", import->sha256);
-    answer_count(answer, "bytes", NULL, import->bytes);
+    answer_add_text(answer, NULL, "imported from", "%s (%s%s%s, %lld bytes, SHA-256 %s)",
+                    import->file, import->format, import->bus[0] ? " of " : "", import->bus,
+                    (long long)import->bytes, import->sha256);
+    answer_add_text(answer, "file", NULL, "%s", import->file);
+    answer_add_text_or_missing(answer, "bus", NULL, import->bus[0] ? import->bus : NULL, NULL);
+    answer_add_text(answer, "verdict", "file state", "%s", import->verdict);
+    answer_add_text(answer, "sha256", NULL, "%s", import->sha256);
+    answer_add_count(answer, "bytes", NULL, import->bytes);
     answer_close_group(answer);
 }
 
@@ -828,18 +839,18 @@ static void add_source(const struct measured *measured, struct answer *answer)
 {
     char source[MEASURED_SOURCE_SIZE];
     measured_format_source(measured, source);
-    answer_words(answer, NULL, "readings", "%s", source);
-    answer_words(answer, "source", NULL, "%s", measured_source_name(measured->source));
+    answer_add_text(answer, NULL, "readings", "%s", source);
+    answer_add_text(answer, "source", NULL, "%s", measured_source_name(measured->source));
     answer_open_table(answer, "stretches", NULL);
     for (size_t i = 0; i < measured->stretch_count; i++) {
         answer_open_row(answer);
-        answer_words(answer, "source", NULL, "%s",
-                     measured_source_name(measured->stretch[i].source));
-        answer_count(answer, "from_block", NULL, measured->stretch[i].from_block);
-        answer_count(answer, "to_block", NULL, measured->stretch[i].to_block);
+        answer_add_text(answer, "source", NULL, "%s",
+                        measured_source_name(measured->stretch[i].source));
+        answer_add_count(answer, "from_block", NULL, measured->stretch[i].from_block);
+        answer_add_count(answer, "to_block", NULL, measured->stretch[i].to_block);
     }
     answer_close_group(answer);
-    answer_json_value(answer, "set_aside", measured_excluded_json(measured));
+    answer_add_json(answer, "set_aside", measured_excluded_json(measured));
 }
 
 static const char *text_or_unknown(const char *text)
@@ -849,31 +860,31 @@ static const char *text_or_unknown(const char *text)
 
 static void add_board(const struct store_landing *landing, int64_t can_base, struct answer *answer)
 {
-    answer_words(answer, NULL, "board", "%s", text_or_unknown(landing->board_uid));
+    answer_add_text(answer, NULL, "board", "%s", text_or_unknown(landing->board_uid));
     if (can_base > 0)
-        answer_remark(answer, ", at base 0x%03llx on CAN", (unsigned long long)can_base);
-    answer_words(answer, "board", NULL, "%s", landing->board_uid);
-    answer_count(answer, "can_base", NULL, can_base == STORE_NONE ? 0 : can_base);
-    answer_words(answer, NULL, "firmware", "%s, image %08llx, commit %s",
-                 text_or_unknown(landing->firmware),
-                 landing->image_crc == STORE_NONE ? 0ull : (unsigned long long)landing->image_crc,
-                 text_or_unknown(landing->image_commit));
-    answer_words(answer, "firmware", NULL, "%s", landing->firmware);
-    answer_count(answer, "image_crc", NULL, landing->image_crc);
-    answer_words(answer, "image_commit", NULL, "%s", landing->image_commit);
-    answer_count(answer, "config_crc", NULL, landing->config_crc);
-    answer_count(answer, "clock_source", NULL, landing->clock_source);
-    answer_words(answer, NULL, "oscillator",
-                 landing->clock_source == STORE_NONE ? "not known"
-                 : landing->clock_source > 0         ? "internal: 1 %% error in all speeds"
-                                                     : "crystal");
+        answer_append_remark(answer, ", at base 0x%03llx on CAN", (unsigned long long)can_base);
+    answer_add_text(answer, "board", NULL, "%s", landing->board_uid);
+    answer_add_count(answer, "can_base", NULL, can_base == STORE_NONE ? 0 : can_base);
+    answer_add_text(
+        answer, NULL, "firmware", "%s, image %08llx, commit %s", text_or_unknown(landing->firmware),
+        landing->image_crc == STORE_NONE ? 0ull : (unsigned long long)landing->image_crc,
+        text_or_unknown(landing->image_commit));
+    answer_add_text(answer, "firmware", NULL, "%s", landing->firmware);
+    answer_add_count(answer, "image_crc", NULL, landing->image_crc);
+    answer_add_text(answer, "image_commit", NULL, "%s", landing->image_commit);
+    answer_add_count(answer, "config_crc", NULL, landing->config_crc);
+    answer_add_count(answer, "clock_source", NULL, landing->clock_source);
+    answer_add_text(answer, NULL, "oscillator",
+                    landing->clock_source == STORE_NONE ? "not known"
+                    : landing->clock_source > 0         ? "internal: 1 %% error in all speeds"
+                                                        : "crystal");
 }
 
 void summary_add_calibration(const struct measured *measured, struct answer *answer)
 {
-    answer_json_value(answer, "uncalibrated",
-                      measured->has_calibration_dates ? json_boolean(measured->is_uncalibrated)
-                                                      : json_null());
+    answer_add_json(answer, "uncalibrated",
+                    measured->has_calibration_dates ? json_boolean(measured->is_uncalibrated)
+                                                    : json_null());
 }
 
 void summary_format_heading(const struct summary *summary, char out[SUMMARY_HEADING_SIZE])
@@ -890,15 +901,15 @@ void summary_add_alerts(const struct summary *summary, struct answer *answer)
     char torn[MEASURED_MISSING_START_SIZE];
     measured_format_missing_start(measured, torn);
     if (torn[0])
-        answer_words(answer, NULL, "incomplete", "%s", torn + strlen("incomplete: "))->is_warning =
-            true;
-    answer_flag(answer, "torn", NULL, measured->is_start_missing);
-    if (summary->duplicate_run)
-        answer_words(answer, NULL, "twice", "this is the same landing as RUN %lld",
-                     (long long)summary->duplicate_run)
+        answer_add_text(answer, NULL, "incomplete", "%s", torn + strlen("incomplete: "))
             ->is_warning = true;
-    answer_count(answer, "same_as", NULL,
-                 summary->duplicate_run ? summary->duplicate_run : ANSWER_UNKNOWN);
+    answer_add_flag(answer, "torn", NULL, measured->is_start_missing);
+    if (summary->duplicate_run)
+        answer_add_text(answer, NULL, "twice", "this is the same landing as RUN %lld",
+                        (long long)summary->duplicate_run)
+            ->is_warning = true;
+    answer_add_count(answer, "same_as", NULL,
+                     summary->duplicate_run ? summary->duplicate_run : ANSWER_COUNT_UNKNOWN);
     summary_add_calibration(measured, answer);
     add_restarts(summary, answer);
     add_commands(summary, answer);
@@ -937,9 +948,9 @@ void summary_to_answer(const struct summary *summary, struct answer *answer)
     char heading[SUMMARY_HEADING_SIZE];
     summary_format_heading(summary, heading);
     answer_open_group(answer, NULL, heading);
-    answer_count(answer, "run", NULL, landing->id);
-    answer_count(answer, "landing", NULL, landing->board_landing);
-    answer_words(answer, "state", NULL, "%s", mr_landing_state_text((unsigned)landing->state));
+    answer_add_count(answer, "run", NULL, landing->id);
+    answer_add_count(answer, "landing", NULL, landing->board_landing);
+    answer_add_text(answer, "state", NULL, "%s", mr_landing_state_text((unsigned)landing->state));
     if (summary->outcome.is_judged)
         record_add_outcome(&summary->outcome, answer);
     summary_add_facts(summary, answer);
@@ -955,7 +966,7 @@ json_t *summary_to_json(const struct summary *summary, bool si)
 {
     struct answer *answer = answer_new(si);
     summary_to_answer(summary, answer);
-    json_t *json = answer_json(answer);
+    json_t *json = answer_make_json(answer);
     answer_free(answer);
     return json;
 }

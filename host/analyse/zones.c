@@ -249,20 +249,21 @@ static const char *get_label_if_known(const char *label, double value)
 static void add_warning_reason(const struct zone_warning *w, struct answer *answer)
 {
     if (w->reason == STORE_NONE)
-        answer_no_value(answer, "reason", NULL, "");
+        answer_add_missing_value(answer, "reason", NULL, "");
     else
-        answer_words(answer, "reason", "reason", "%s",
-                     mr_predictor_reason_text((unsigned)w->reason));
+        answer_add_text(answer, "reason", "reason", "%s",
+                        mr_predictor_reason_text((unsigned)w->reason));
     if (w->level == STORE_NONE)
-        answer_no_value(answer, "level", NULL, "");
+        answer_add_missing_value(answer, "level", NULL, "");
     else
-        answer_words(answer, "level", "model", "%s", mr_predictor_level_text((unsigned)w->level));
-    answer_count(answer, "coming_mats", w->predicted_mats > 0 ? "zone predicted, mats" : NULL,
-                 w->predicted_mats);
-    answer_value(answer, "coming_wheel", w->predicted_mats > 0 ? "with the wheel at" : NULL,
-                 UNIT_STATION, w->predicted_wheel_ft, 1)
+        answer_add_text(answer, "level", "model", "%s",
+                        mr_predictor_level_text((unsigned)w->level));
+    answer_add_count(answer, "coming_mats", w->predicted_mats > 0 ? "zone predicted, mats" : NULL,
+                     w->predicted_mats);
+    answer_add_value(answer, "coming_wheel", w->predicted_mats > 0 ? "with the wheel at" : NULL,
+                     UNIT_STATION, w->predicted_wheel_ft, 1)
         ->digits = 9;
-    answer_value(answer, "coming_after", NULL, UNIT_TIME, w->predicted_wheel_after_s, 3);
+    answer_add_value(answer, "coming_after", NULL, UNIT_TIME, w->predicted_wheel_after_s, 3);
 }
 
 static const char *get_not_reached_text(const struct zone_warning *w)
@@ -274,49 +275,51 @@ static const char *get_not_reached_text(const struct zone_warning *w)
 /* Adds the board's own prediction. It is not the lead time to 50 closed mats (record.h). */
 static void add_lead_time(const struct zone_warning *w, struct answer *answer)
 {
-    answer_value(answer, "time_to_zone",
-                 get_label_if_known("predicted time to zone", w->predicted_lead_s), UNIT_TIME,
-                 w->predicted_lead_s, 3);
+    answer_add_value(answer, "time_to_zone",
+                     get_label_if_known("predicted time to zone", w->predicted_lead_s), UNIT_TIME,
+                     w->predicted_lead_s, 3);
     if (isfinite(w->predicted_lead_s) && isfinite(w->actual_lead_s))
-        answer_remark(answer, ", reported at %.3f s; actual %.3f s", w->predicted_lead_t_s,
-                      w->actual_lead_s);
+        answer_append_remark(answer, ", reported at %.3f s; actual %.3f s", w->predicted_lead_t_s,
+                             w->actual_lead_s);
     else if (isfinite(w->predicted_lead_s))
-        answer_remark(answer, ", reported at %.3f s; actual: %s", w->predicted_lead_t_s,
-                      get_not_reached_text(w));
-    answer_value(answer, "time_to_zone_t", NULL, UNIT_TIME, w->predicted_lead_t_s, 3)->digits = 9;
-    answer_value(answer, "time_to_zone_start", NULL, UNIT_STATION, w->predicted_lead_start_ft, 1)
+        answer_append_remark(answer, ", reported at %.3f s; actual: %s", w->predicted_lead_t_s,
+                             get_not_reached_text(w));
+    answer_add_value(answer, "time_to_zone_t", NULL, UNIT_TIME, w->predicted_lead_t_s, 3)->digits =
+        9;
+    answer_add_value(answer, "time_to_zone_start", NULL, UNIT_STATION, w->predicted_lead_start_ft,
+                     1)
         ->digits = 9;
     if (isnan(w->actual_lead_s))
-        answer_no_value(answer, "actual_time_to_zone_s", NULL, get_not_reached_text(w));
+        answer_add_missing_value(answer, "actual_time_to_zone_s", NULL, get_not_reached_text(w));
     else
-        answer_value(answer, "actual_time_to_zone", NULL, UNIT_TIME, w->actual_lead_s, 3);
+        answer_add_value(answer, "actual_time_to_zone", NULL, UNIT_TIME, w->actual_lead_s, 3);
 }
 
 /* Adds the content of a warning. */
 static void add_warning(const struct zone_warning *w, struct answer *answer)
 {
-    answer_value(answer, "t", NULL, UNIT_TIME, w->t_s, 3)->digits = 9;
-    answer_count(answer, "decided_block", NULL, w->block);
-    answer_count(answer, "mats", "closed mats", w->mats);
-    answer_estimate(answer, "start", "from station", UNIT_STATION, w->start_ft, w->start_error_ft,
-                    1)
+    answer_add_value(answer, "t", NULL, UNIT_TIME, w->t_s, 3)->digits = 9;
+    answer_add_count(answer, "decided_block", NULL, w->block);
+    answer_add_count(answer, "mats", "closed mats", w->mats);
+    answer_add_estimate(answer, "start", "from station", UNIT_STATION, w->start_ft,
+                        w->start_error_ft, 1)
         ->digits = 9;
-    answer_estimate(answer, "end", "to station", UNIT_STATION, w->end_ft, w->end_error_ft, 1)
+    answer_add_estimate(answer, "end", "to station", UNIT_STATION, w->end_ft, w->end_error_ft, 1)
         ->digits = 9;
-    answer_value(answer, "wheel", get_label_if_known("wheel was at", w->wheel_ft), UNIT_STATION,
-                 w->wheel_ft, 1)
+    answer_add_value(answer, "wheel", get_label_if_known("wheel was at", w->wheel_ft), UNIT_STATION,
+                     w->wheel_ft, 1)
         ->digits = 9;
-    answer_count(answer, "inferred_percent", NULL, w->inferred_percent);
+    answer_add_count(answer, "inferred_percent", NULL, w->inferred_percent);
     if (w->inferred_percent > 0)
-        answer_words(answer, NULL, "inferred", "%lld %% of the zone, from the survey only",
-                     (long long)w->inferred_percent);
+        answer_add_text(answer, NULL, "inferred", "%lld %% of the zone, from the survey only",
+                        (long long)w->inferred_percent);
     add_warning_reason(w, answer);
     add_lead_time(w, answer);
-    answer_count(answer, "most_mats", "zone warned of, mats", w->longest_mats);
-    answer_value(answer, "most_start", "zone warned of, start", UNIT_STATION, w->longest_start_ft,
-                 1)
+    answer_add_count(answer, "most_mats", "zone warned of, mats", w->longest_mats);
+    answer_add_value(answer, "most_start", "zone warned of, start", UNIT_STATION,
+                     w->longest_start_ft, 1)
         ->digits = 9;
-    answer_value(answer, "most_end", "zone warned of, end", UNIT_STATION, w->longest_end_ft, 1)
+    answer_add_value(answer, "most_end", "zone warned of, end", UNIT_STATION, w->longest_end_ft, 1)
         ->digits = 9;
 }
 
@@ -344,14 +347,14 @@ static void add_whether_warned(const struct zones *zones, struct answer *answer)
     char when[MOMENT_TEXT_SIZE], quiet[NO_WARNING_TEXT_SIZE], doubt[ZONES_DOUBT_SIZE];
     format_no_warning(zones, quiet);
     if (w->was_warned)
-        answer_words(answer, NULL, "zone", "warned %s, decided in block %lld",
-                     format_moment(w->t_s, zones->received.origin, when), (long long)w->block)
+        answer_add_text(answer, NULL, "zone", "warned %s, decided in block %lld",
+                        format_moment(w->t_s, zones->received.origin, when), (long long)w->block)
             ->is_warning = true;
     else
-        answer_words(answer, NULL, "zone", "%s", quiet)->is_warning =
+        answer_add_text(answer, NULL, "zone", "%s", quiet)->is_warning =
             zones_format_missed_warning_doubt(&zones->received, (double)INFINITY, doubt);
     if (zones_format_earlier_warning_doubt(zones, doubt))
-        answer_words(answer, NULL, "zone", "an earlier warning may have been missed: %s", doubt)
+        answer_add_text(answer, NULL, "zone", "an earlier warning may have been missed: %s", doubt)
             ->is_warning = true;
 }
 
@@ -360,8 +363,8 @@ void zones_add_whether_warned(const struct zones *zones, bool watched, struct an
     if (watched)
         add_whether_warned(zones, answer);
     else
-        answer_words(answer, NULL, "zone",
-                     "no board was recording: the readings are from another instrument");
+        answer_add_text(answer, NULL, "zone",
+                        "no board was recording: the readings are from another instrument");
 }
 
 void zones_to_answer(const struct zones *zones, bool watched, struct answer *answer)
@@ -375,11 +378,13 @@ void zones_to_answer(const struct zones *zones, bool watched, struct answer *ans
                       !w->was_warned ? NULL
                       : first ? "first warning as the board reported it (+- is one standard error)"
                               : "first warning that was received (+- is one standard error)");
-    answer_flag(answer, "warned", NULL, w->was_warned);
-    answer_flag(answer, "all_heard", NULL,
-                watched && !zones_format_missed_warning_doubt(received, (double)INFINITY, doubt));
-    answer_value(answer, "unheard_from", NULL, UNIT_TIME, received->pause_from_s, 3)->digits = 9;
-    answer_value(answer, "unheard_to", NULL, UNIT_TIME, received->pause_to_s, 3)->digits = 9;
+    answer_add_flag(answer, "warned", NULL, w->was_warned);
+    answer_add_flag(answer, "all_heard", NULL,
+                    watched &&
+                        !zones_format_missed_warning_doubt(received, (double)INFINITY, doubt));
+    answer_add_value(answer, "unheard_from", NULL, UNIT_TIME, received->pause_from_s, 3)->digits =
+        9;
+    answer_add_value(answer, "unheard_to", NULL, UNIT_TIME, received->pause_to_s, 3)->digits = 9;
     if (w->was_warned)
         add_warning(w, answer);
     answer_close_group(answer);
@@ -541,11 +546,11 @@ static void add_runway_state(const struct predictor_inputs *inputs, struct answe
     if (!isnan(inputs->resistance_ratio))
         snprintf(resists, sizeof resists, "; joint resistance %.2f times the configured value",
                  inputs->resistance_ratio);
-    answer_words(answer, NULL, PREDICTOR_LABEL, "runway state at arming: %s%s%s",
-                 inputs->runway_source == STORE_NONE
-                     ? "not reported"
-                     : mr_runway_source_text((unsigned)inputs->runway_source),
-                 after, resists);
+    answer_add_text(answer, NULL, PREDICTOR_LABEL, "runway state at arming: %s%s%s",
+                    inputs->runway_source == STORE_NONE
+                        ? "not reported"
+                        : mr_runway_source_text((unsigned)inputs->runway_source),
+                    after, resists);
 }
 
 static void add_condition(const struct predictor_inputs *inputs, enum predictor_condition lack,
@@ -564,41 +569,41 @@ static void add_condition(const struct predictor_inputs *inputs, enum predictor_
     if (isnan(span->from_s))
         return;
     if (lack == PREDICTOR_COARSE_MODEL)
-        answer_words(
+        answer_add_text(
             answer, NULL, PREDICTOR_LABEL,
             "from %.3f to %.3f s the model was coarser (%s instead of every mat), because of the "
             "update "
             "limit (predict.updates_per_block) or a backlog: the ends of zones are less certain",
             span->from_s, span->to_s, mr_predictor_level_text((unsigned)inputs->worst_level));
     else
-        answer_words(answer, NULL, PREDICTOR_LABEL, "%s; from %.3f to %.3f s", words[lack],
-                     span->from_s, span->to_s);
+        answer_add_text(answer, NULL, PREDICTOR_LABEL, "%s; from %.3f to %.3f s", words[lack],
+                        span->from_s, span->to_s);
 }
 
 static void add_excluded_transducers(const struct predictor_inputs *inputs,
                                      const struct measured *measured, unsigned i,
                                      struct answer *answer)
 {
-    const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
+    const struct unit *station = unit_get(UNIT_STATION, answer_is_si(answer));
     const struct predictor_span *span = &inputs->excluded_span[i];
     char until[40] = " on";
     if (isnan(span->from_s))
         return;
     if (!inputs->is_still_excluded[i])
         snprintf(until, sizeof until, " to %.3f s", span->to_s);
-    answer_words(answer, NULL, PREDICTOR_LABEL,
-                 "transducer %u (%.1f %s) was left out: %s, from %.3f s%s; zones near it rely on "
-                 "the neighbouring transducers and the model",
-                 i + 1u, (double)measured->channel[i].config.station_ft * station->factor,
-                 station->text, mr_predictor_doubt_text(inputs->exclusion_reason[i]), span->from_s,
-                 until);
+    answer_add_text(
+        answer, NULL, PREDICTOR_LABEL,
+        "transducer %u (%.1f %s) was left out: %s, from %.3f s%s; zones near it rely on "
+        "the neighbouring transducers and the model",
+        i + 1u, (double)measured->channel[i].config.station_ft * station->factor, station->text,
+        mr_predictor_doubt_text(inputs->exclusion_reason[i]), span->from_s, until);
 }
 
 static void add_risk(const struct predictor_inputs *inputs, struct answer *answer)
 {
     if (isnan(inputs->max_risk))
         return;
-    answer_words(
+    answer_add_text(
         answer, NULL, PREDICTOR_LABEL, "largest risk of a zone of %u mats: %.2f, at %.3f s%s%s",
         MR_PREDICTOR_WARNING_MATS, inputs->max_risk, inputs->max_risk_s,
         inputs->risk_basis & MR_RISK_OF_CHART  ? ", computed with chart and plan"
@@ -606,14 +611,14 @@ static void add_risk(const struct predictor_inputs *inputs, struct answer *answe
                                                : ", computed without plan and chart",
         inputs->risk_basis & MR_RISK_BLIND ? ", without a valid transducer" : "");
     if (!isnan(inputs->off_plan_s))
-        answer_words(
+        answer_add_text(
             answer, NULL, PREDICTOR_LABEL,
             "the landing left the plan, as detected at %.3f s: later risks do not use the plan",
             inputs->off_plan_s);
     if (inputs->is_chart_outdated)
-        answer_words(answer, NULL, PREDICTOR_LABEL,
-                     "the loaded chart was ignored: it was computed for a different runway or "
-                     "number of landings");
+        answer_add_text(answer, NULL, PREDICTOR_LABEL,
+                        "the loaded chart was ignored: it was computed for a different runway or "
+                        "number of landings");
 }
 
 void predictor_inputs_to_answer(const struct predictor_inputs *inputs,

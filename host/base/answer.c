@@ -17,7 +17,7 @@ enum answer_kind {
     ANSWER_FLAG,
     ANSWER_TEXT,
     ANSWER_SENTENCE,
-    ANSWER_NO_VALUE,
+    ANSWER_MISSING_VALUE,
     ANSWER_JSON,
     ANSWER_OPEN_GROUP,
     ANSWER_OPEN_LIST,
@@ -26,7 +26,8 @@ enum answer_kind {
 };
 
 struct answer_item {
-    struct answer_fact fact; /* must be the first member: a pointer to it is cast to answer_item */
+    struct answer_style
+        style; /* must be the first member: a pointer to it is cast to answer_item */
     enum answer_kind kind;
     char *name, *label; /* owned; NULL name: not in the JSON; NULL label: only in the JSON */
     const struct unit *unit;
@@ -115,7 +116,7 @@ static struct answer_item *add_item(struct answer *answer, enum answer_kind kind
     xlist_grow(&answer->item, answer->count, sizeof *answer->item);
     struct answer_item *item = &answer->item[answer->count++];
     *item = (struct answer_item){
-        .kind = kind, .fact.digits = DEFAULT_JSON_DIGITS, .error = (double)NAN};
+        .kind = kind, .style.digits = DEFAULT_JSON_DIGITS, .error = (double)NAN};
     item->name = name ? xstrdup(name) : NULL;
     item->label = label ? xstrdup(label) : NULL;
     return item;
@@ -128,58 +129,59 @@ static char *format_text(const char *format, va_list arguments)
     return xstrdup(text);
 }
 
-struct answer_fact *answer_value(struct answer *answer, const char *name, const char *label,
-                                 enum unit_kind unit, double value, int decimals)
+struct answer_style *answer_add_value(struct answer *answer, const char *name, const char *label,
+                                      enum unit_kind unit, double value, int decimals)
 {
     struct answer_item *item = add_item(answer, ANSWER_VALUE, name, label);
-    const struct unit *shown = unit_of(unit, answer->is_si);
+    const struct unit *shown = unit_get(unit, answer->is_si);
     item->unit = shown;
     item->value = value * shown->factor;
-    item->json_unit = answer->keeps_units ? unit_of_passed_value(unit) : shown;
+    item->json_unit = answer->keeps_units ? unit_get_json(unit) : shown;
     item->json_value = value * item->json_unit->factor;
     item->decimals = decimals;
     if (decimals >= 0)
         item->decimals = unit_decimals(unit, answer->is_si, decimals);
-    return &item->fact;
+    return &item->style;
 }
 
-struct answer_fact *answer_estimate(struct answer *answer, const char *name, const char *label,
-                                    enum unit_kind unit, double value, double error, int decimals)
+struct answer_style *answer_add_estimate(struct answer *answer, const char *name, const char *label,
+                                         enum unit_kind unit, double value, double error,
+                                         int decimals)
 {
-    struct answer_fact *fact = answer_value(answer, name, label, unit, value, decimals);
+    struct answer_style *style = answer_add_value(answer, name, label, unit, value, decimals);
     /* `fact` is the first member of answer_item */
-    struct answer_item *item = (struct answer_item *)fact;
+    struct answer_item *item = (struct answer_item *)style;
     item->kind = ANSWER_ESTIMATE;
     item->error = error * item->unit->factor;
     item->json_error = error * item->json_unit->factor;
-    return fact;
+    return style;
 }
 
-struct answer_fact *answer_count(struct answer *answer, const char *name, const char *label,
-                                 int64_t count)
+struct answer_style *answer_add_count(struct answer *answer, const char *name, const char *label,
+                                      int64_t count)
 {
     struct answer_item *item = add_item(answer, ANSWER_COUNT, name, label);
     item->count = count;
-    return &item->fact;
+    return &item->style;
 }
 
-void answer_flag(struct answer *answer, const char *name, const char *label, bool yes)
+void answer_add_flag(struct answer *answer, const char *name, const char *label, bool yes)
 {
     add_item(answer, ANSWER_FLAG, name, label)->count = yes;
 }
 
-struct answer_fact *answer_words(struct answer *answer, const char *name, const char *label,
-                                 const char *format, ...)
+struct answer_style *answer_add_text(struct answer *answer, const char *name, const char *label,
+                                     const char *format, ...)
 {
     struct answer_item *item = add_item(answer, ANSWER_TEXT, name, label);
     va_list arguments;
     va_start(arguments, format);
     item->words = format_text(format, arguments);
     va_end(arguments);
-    return &item->fact;
+    return &item->style;
 }
 
-void answer_sentence(struct answer *answer, const char *name, const char *format, ...)
+void answer_add_sentence(struct answer *answer, const char *name, const char *format, ...)
 {
     struct answer_item *item = add_item(answer, ANSWER_SENTENCE, name, "");
     va_list arguments;
@@ -188,7 +190,7 @@ void answer_sentence(struct answer *answer, const char *name, const char *format
     va_end(arguments);
 }
 
-void answer_remark(struct answer *answer, const char *format, ...)
+void answer_append_remark(struct answer *answer, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
@@ -196,21 +198,22 @@ void answer_remark(struct answer *answer, const char *format, ...)
     va_end(arguments);
 }
 
-void answer_no_value(struct answer *answer, const char *name, const char *label, const char *why)
+void answer_add_missing_value(struct answer *answer, const char *name, const char *label,
+                              const char *why)
 {
-    add_item(answer, ANSWER_NO_VALUE, name, label)->words = why ? xstrdup(why) : NULL;
+    add_item(answer, ANSWER_MISSING_VALUE, name, label)->words = why ? xstrdup(why) : NULL;
 }
 
-void answer_words_or_none(struct answer *answer, const char *name, const char *label,
-                          const char *text, const char *why)
+void answer_add_text_or_missing(struct answer *answer, const char *name, const char *label,
+                                const char *text, const char *why)
 {
     if (text && text[0])
-        answer_words(answer, name, label, "%s", text);
+        answer_add_text(answer, name, label, "%s", text);
     else
-        answer_no_value(answer, name, label, why);
+        answer_add_missing_value(answer, name, label, why);
 }
 
-void answer_json_value(struct answer *answer, const char *name, json_t *json)
+void answer_add_json(struct answer *answer, const char *name, json_t *json)
 {
     add_item(answer, ANSWER_JSON, name, NULL)->json = json;
 }
@@ -265,28 +268,29 @@ void answer_close_group(struct answer *answer)
     close_group(answer);
 }
 
-json_t *answer_into_json(struct answer *answer)
+json_t *answer_make_json_and_free(struct answer *answer)
 {
-    json_t *json = answer_json(answer);
+    json_t *json = answer_make_json(answer);
     answer_free(answer);
     return json;
 }
 
-int answer_show(const struct cli *cli, struct answer *answer, int code)
+int answer_print(const struct cli *cli, struct answer *answer, int code)
 {
     if (cli->json) {
-        json_t *json = answer_into_json(answer);
+        json_t *json = answer_make_json_and_free(answer);
         return cli_print_json(json, code);
     }
-    bool shown = answer_text(answer, stdout) && fflush(stdout) == 0;
+    bool shown = answer_print_text(answer, stdout) && fflush(stdout) == 0;
     answer_free(answer);
     return shown ? code : cli_report_output_failure();
 }
 
-int answer_end(const struct cli *cli, struct answer *answer, int code, const struct error *error)
+int answer_print_or_fail(const struct cli *cli, struct answer *answer, int code,
+                         const struct error *error)
 {
     if (error->status == MR_OK)
-        return answer_show(cli, answer, code);
+        return answer_print(cli, answer, code);
     answer_free(answer);
     return cli_fail(error);
 }
@@ -302,7 +306,7 @@ static int format_number(const struct answer_item *item, double value, bool plus
 {
     if (!isfinite(value))
         return snprintf(text, size, "%s", isnan(value) ? "-" : value < 0 ? "-inf" : "inf");
-    if (item->fact.is_capped && value >= 999.5)
+    if (item->style.is_capped && value >= 999.5)
         return snprintf(text, size, ">999");
     if (item->decimals < 0)
         /* adding 0.0 changes -0.0 to 0.0, so that "-0" is never printed */
@@ -319,10 +323,10 @@ static void format_cell(const struct answer_item *item, const char *plus_minus,
     switch (item->kind) {
     case ANSWER_VALUE:
     case ANSWER_ESTIMATE:
-        length = format_number(item, item->value, item->fact.shows_sign, text, CELL_TEXT_SIZE);
+        length = format_number(item, item->value, item->style.shows_sign, text, CELL_TEXT_SIZE);
         break;
     case ANSWER_COUNT:
-        if (item->count == ANSWER_UNKNOWN)
+        if (item->count == ANSWER_COUNT_UNKNOWN)
             snprintf(text, CELL_TEXT_SIZE, "-");
         else
             snprintf(text, CELL_TEXT_SIZE, "%lld", (long long)item->count);
@@ -342,13 +346,13 @@ static void format_line(const struct answer_item *item, const char *plus_minus,
     const char *unit = item->unit && isfinite(item->value) ? item->unit->text : "";
     char interval[80] = "";
     format_cell(item, plus_minus, text);
-    if (item->fact.shows_interval && isfinite(item->error))
+    if (item->style.shows_interval && isfinite(item->error))
         snprintf(interval, sizeof interval, " (95 %%: %.*f to %.*f)", item->decimals,
                  item->value - Z_95 * item->error, item->decimals,
                  item->value + Z_95 * item->error);
     size_t length = strlen(text);
     snprintf(text + length, CELL_TEXT_SIZE - length, "%s%s%s%s%s", unit[0] ? " " : "", unit,
-             interval, item->fact.suffix ? item->fact.suffix : "",
+             interval, item->style.suffix ? item->style.suffix : "",
              item->remark ? item->remark : "");
 }
 
@@ -430,7 +434,7 @@ static size_t column_width(const struct answer *answer, size_t table,
     size_t width = 1, lines = count_head_lines(column), end = index_after_item(answer, table);
     for (size_t line = 0; line < lines; line++) {
         format_head_line(column, line, lines, text);
-        size_t head = wrap_width(text, strlen(text));
+        size_t head = text_count_characters(text, strlen(text));
         width = head > width ? head : width;
     }
     for (size_t row = table + 1; row + 1 < end; row = index_after_item(answer, row)) {
@@ -438,7 +442,7 @@ static size_t column_width(const struct answer *answer, size_t table,
         if (!item)
             continue;
         format_cell(item, " +- ", text);
-        size_t cell = wrap_width(text, strlen(text));
+        size_t cell = text_count_characters(text, strlen(text));
         width = cell > width ? cell : width;
     }
     return width;
@@ -447,7 +451,7 @@ static size_t column_width(const struct answer *answer, size_t table,
 /* Prints pending spaces only if text follows, so that no line ends in spaces. */
 static void print_padded(const char *text, size_t width, bool left, size_t *pending, FILE *out)
 {
-    size_t own = wrap_width(text, strlen(text)), gap = own < width ? width - own : 0;
+    size_t own = text_count_characters(text, strlen(text)), gap = own < width ? width - own : 0;
     *pending += 2 + (left ? 0 : gap);
     if (own > 0) {
         fprintf(out, "%*s%s", (int)*pending, "", text);
@@ -464,14 +468,14 @@ struct column_block {
 
 static bool is_left_aligned(const struct answer_item *column)
 {
-    return !column->fact.is_number &&
-           (column->kind == ANSWER_TEXT || column->kind == ANSWER_NO_VALUE ||
+    return !column->style.is_number &&
+           (column->kind == ANSWER_TEXT || column->kind == ANSWER_MISSING_VALUE ||
             column->kind == ANSWER_SENTENCE);
 }
 
 static bool shows_number(const struct answer_item *item)
 {
-    return item->kind <= ANSWER_COUNT || item->fact.is_number;
+    return item->kind <= ANSWER_COUNT || item->style.is_number;
 }
 
 static void print_column_block(const struct answer *answer, size_t table,
@@ -532,17 +536,18 @@ static void print_table(const struct answer *answer, size_t table, size_t indent
 
 /* ---- facts ---- */
 
-static void print_fact(const struct answer_item *item, const char *label, int indent, size_t labels,
-                       FILE *out)
+static void print_value(const struct answer_item *item, const char *label, int indent,
+                        size_t labels, FILE *out)
 {
     char text[CELL_TEXT_SIZE];
     if (item->kind == ANSWER_SENTENCE) {
-        wrap_print(item->words ? item->words : "", 0, (size_t)indent, TERMINAL_COLUMNS, out);
+        text_print_wrapped(item->words ? item->words : "", 0, (size_t)indent, TERMINAL_COLUMNS,
+                           out);
         return;
     }
     format_line(item, " +- ", text);
     fprintf(out, "%*s%s%*s %s\n", indent, "", label,
-            (int)(labels - wrap_width(label, strlen(label))), "", text);
+            (int)(labels - text_count_characters(label, strlen(label))), "", text);
 }
 
 /* Returns the width of the label column, which groups without a heading share. */
@@ -553,7 +558,7 @@ static size_t label_width(const struct answer *answer, size_t from, size_t to)
         const struct answer_item *item = &answer->item[i];
         size_t width = 0;
         if (item->label && !opens_group(item->kind))
-            width = wrap_width(item->label, strlen(item->label));
+            width = text_count_characters(item->label, strlen(item->label));
         else if (item->label && item->kind != ANSWER_OPEN_TABLE && !item->label[0])
             width = label_width(answer, i + 1, index_after_item(answer, i));
         labels = width > labels ? width : labels;
@@ -580,13 +585,13 @@ static void print_items(const struct answer *answer, size_t from, size_t to, int
         else if (group)
             print_items(answer, i + 1, end, indent, labels, out);
         else
-            print_fact(item, strcmp(item->label, before) == 0 ? "" : item->label, indent, labels,
-                       out);
+            print_value(item, strcmp(item->label, before) == 0 ? "" : item->label, indent, labels,
+                        out);
         before = group ? "" : item->label;
     }
 }
 
-bool answer_text(const struct answer *answer, FILE *out)
+bool answer_print_text(const struct answer *answer, FILE *out)
 {
     print_items(answer, 0, answer->count, 0, label_width(answer, 0, answer->count), out);
     return !ferror(out);
@@ -611,7 +616,7 @@ static void put_number(json_t *group, const struct answer_item *item, const char
     const char *suffix = item->json_unit->suffix;
     snprintf(key, sizeof key, "%s%s%s%s", item->name ? item->name : "", what, suffix[0] ? "_" : "",
              suffix);
-    put_value(group, item->name ? key : NULL, cli_json_number(value, item->fact.digits));
+    put_value(group, item->name ? key : NULL, cli_json_number(value, item->style.digits));
 }
 
 static void put_items(const struct answer *answer, size_t from, size_t to, json_t *group);
@@ -642,13 +647,13 @@ static void put_item(const struct answer_item *item, json_t *group)
     case ANSWER_VALUE: put_number(group, item, "", item->json_value); break;
     case ANSWER_COUNT:
         put_value(group, item->name,
-                  item->count == ANSWER_UNKNOWN ? json_null()
-                                                : json_integer((json_int_t)item->count));
+                  item->count == ANSWER_COUNT_UNKNOWN ? json_null()
+                                                      : json_integer((json_int_t)item->count));
         break;
     case ANSWER_FLAG: put_value(group, item->name, json_boolean(item->count)); break;
     case ANSWER_TEXT:
     case ANSWER_SENTENCE: put_value(group, item->name, json_string(item->words)); break;
-    case ANSWER_NO_VALUE: put_value(group, item->name, json_null()); break;
+    case ANSWER_MISSING_VALUE: put_value(group, item->name, json_null()); break;
     case ANSWER_JSON: put_value(group, item->name, json_incref(item->json)); break;
     default: break;
     }
@@ -666,7 +671,7 @@ static void put_items(const struct answer *answer, size_t from, size_t to, json_
     }
 }
 
-json_t *answer_json(const struct answer *answer)
+json_t *answer_make_json(const struct answer *answer)
 {
     json_t *object = json_object();
     put_items(answer, 0, answer->count, object);
@@ -678,7 +683,7 @@ json_t *answer_json(const struct answer *answer)
  * sheet allows. */
 #define HTML_LONG_TEXT_MIN 40
 
-static bool html_has_long_text(const struct answer *answer, size_t table, const char *label)
+static bool html_column_has_long_text(const struct answer *answer, size_t table, const char *label)
 {
     size_t end = index_after_item(answer, table);
     char text[CELL_TEXT_SIZE];
@@ -701,9 +706,9 @@ static void html_print_table(const struct answer *answer, size_t table, FILE *ou
     fputs("<div class=\"scroll\"><table><thead><tr>", out);
     for (size_t c = 0; c < columns; c++) {
         const struct answer_item *column = &answer->item[index[c]];
-        fputs(shows_number(column)                               ? "<th class=\"n\">"
-              : html_has_long_text(answer, table, column->label) ? "<th class=\"long\">"
-                                                                 : "<th>",
+        fputs(shows_number(column)                                      ? "<th class=\"n\">"
+              : html_column_has_long_text(answer, table, column->label) ? "<th class=\"long\">"
+                                                                        : "<th>",
               out);
         for (const char *at = column->label; *at;) {
             size_t length = strcspn(at, "|");
@@ -726,7 +731,7 @@ static void html_print_table(const struct answer *answer, size_t table, FILE *ou
         fputs("<tr>", out);
         for (size_t c = 0; c < columns; c++) {
             const struct answer_item *item = find_cell(answer, row, answer->item[index[c]].label);
-            bool is_number = item && shows_number(item), warns = item && item->fact.is_warning;
+            bool is_number = item && shows_number(item), warns = item && item->style.is_warning;
             text[0] = '\0';
             if (item)
                 format_cell(item, " \xc2\xb1 ", text);
@@ -735,7 +740,7 @@ static void html_print_table(const struct answer *answer, size_t table, FILE *ou
                   : warns            ? "<td class=\"warn\">"
                                      : "<td>",
                   out);
-            bool run = item && item->fact.is_run_number;
+            bool run = item && item->style.is_run_number;
             if (run)
                 fprintf(out, "<a href=\"#run%s\">", text);
             html_write_text(out, is_number && strcmp(text, "-") == 0 ? "\xe2\x80\x93" : text);
@@ -746,13 +751,13 @@ static void html_print_table(const struct answer *answer, size_t table, FILE *ou
     fputs("</tbody></table></div>\n", out);
 }
 
-static void html_print_fact(const struct answer_item *item, FILE *out)
+static void html_print_value(const struct answer_item *item, FILE *out)
 {
     char text[CELL_TEXT_SIZE];
     format_line(item, " \xc2\xb1 ", text);
     fputs("<div><dt>", out);
     html_write_text(out, item->label);
-    fputs(item->fact.is_warning ? "</dt><dd class=\"warn\">" : "</dt><dd>", out);
+    fputs(item->style.is_warning ? "</dt><dd class=\"warn\">" : "</dt><dd>", out);
     html_write_text(out, text);
     fputs("</dd></div>\n", out);
 }
@@ -788,18 +793,18 @@ static bool html_print_items(const struct answer *answer, size_t from, size_t to
         else if (group)
             in_list = html_print_items(answer, i + 1, index_after_item(answer, i), false, out);
         else
-            html_print_fact(item, out);
+            html_print_value(item, out);
     }
     return in_list;
 }
 
-void answer_html(const struct answer *answer, FILE *out)
+void answer_print_html(const struct answer *answer, FILE *out)
 {
     if (html_print_items(answer, 0, answer->count, false, out))
         fputs("</dl>\n", out);
 }
 
-size_t wrap_width(const char *text, size_t bytes)
+size_t text_count_characters(const char *text, size_t bytes)
 {
     size_t width = 0;
     for (size_t i = 0; i < bytes; i++)
@@ -807,13 +812,13 @@ size_t wrap_width(const char *text, size_t bytes)
     return width;
 }
 
-void wrap_print(const char *text, size_t column, size_t indent, size_t width, FILE *out)
+void text_print_wrapped(const char *text, size_t column, size_t indent, size_t width, FILE *out)
 {
     bool begins = column == 0; /* true until the line has its first word */
     if (begins)
         column = (size_t)fprintf(out, "%*s", (int)indent, "");
     for (text += strspn(text, " "); *text; text += strspn(text, " ")) {
-        size_t bytes = strcspn(text, " "), word = wrap_width(text, bytes);
+        size_t bytes = strcspn(text, " "), word = text_count_characters(text, bytes);
         if (!begins && column + 1 + word > width) {
             column = (size_t)fprintf(out, "\n%*s", (int)indent, "") - 1;
             begins = true;

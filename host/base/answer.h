@@ -8,8 +8,8 @@
  *
  * If consecutive facts have the same label, text shows it once.
  *
- * Functions return the added fact; its fields may be set until the next call. Names, labels and
- * texts are copied. */
+ * Functions return the style of the added fact; its fields may be set until the next call. Names,
+ * labels and texts are copied. */
 #ifndef MATRIG_HOST_BASE_ANSWER_H
 #define MATRIG_HOST_BASE_ANSWER_H
 
@@ -24,7 +24,7 @@
 
 struct answer;
 
-struct answer_fact {
+struct answer_style {
     int digits;          /* significant digits in the JSON; default: 6 */
     bool shows_interval; /* text also shows the 95 % interval */
     bool is_capped;      /* a ratio: text shows ">999" for a value above 999 */
@@ -46,31 +46,33 @@ bool answer_is_si(const struct answer *answer);
 /* Adds a number. Text shows it with `decimals` decimals in the report's unit; in SI the number of
  * decimals is adapted so that no digit is lost. If `decimals` is negative, text shows -`decimals`
  * significant digits. */
-struct answer_fact *answer_value(struct answer *answer, const char *name, const char *label,
-                                 enum unit_kind unit, double value, int decimals);
+struct answer_style *answer_add_value(struct answer *answer, const char *name, const char *label,
+                                      enum unit_kind unit, double value, int decimals);
 /* Adds a value with its standard error; the JSON has NAME and NAME_error. */
-struct answer_fact *answer_estimate(struct answer *answer, const char *name, const char *label,
-                                    enum unit_kind unit, double value, double error, int decimals);
+struct answer_style *answer_add_estimate(struct answer *answer, const char *name, const char *label,
+                                         enum unit_kind unit, double value, double error,
+                                         int decimals);
 /* A count that is not known: null in the JSON, a dash in text. */
-#define ANSWER_UNKNOWN INT64_MIN
-struct answer_fact *answer_count(struct answer *answer, const char *name, const char *label,
-                                 int64_t count);
-void answer_flag(struct answer *answer, const char *name, const char *label, bool yes);
-struct answer_fact *answer_words(struct answer *answer, const char *name, const char *label,
-                                 const char *format, ...) __attribute__((format(printf, 4, 5)));
+#define ANSWER_COUNT_UNKNOWN INT64_MIN
+struct answer_style *answer_add_count(struct answer *answer, const char *name, const char *label,
+                                      int64_t count);
+void answer_add_flag(struct answer *answer, const char *name, const char *label, bool yes);
+struct answer_style *answer_add_text(struct answer *answer, const char *name, const char *label,
+                                     const char *format, ...) __attribute__((format(printf, 4, 5)));
 /* Adds a sentence. In text it is a separate paragraph, wrapped to the line width. */
-void answer_sentence(struct answer *answer, const char *name, const char *format, ...)
+void answer_add_sentence(struct answer *answer, const char *name, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 /* Appends text after the value of the last fact, for people only. */
-void answer_remark(struct answer *answer, const char *format, ...)
+void answer_append_remark(struct answer *answer, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 /* Adds a missing value: null in the JSON; text shows the reason. */
-void answer_no_value(struct answer *answer, const char *name, const char *label, const char *why);
-/* Adds the text, or a missing value (answer_no_value) if the text is NULL or "". */
-void answer_words_or_none(struct answer *answer, const char *name, const char *label,
-                          const char *text, const char *why);
+void answer_add_missing_value(struct answer *answer, const char *name, const char *label,
+                              const char *why);
+/* Adds the text, or a missing value (answer_add_missing_value) if the text is NULL or "". */
+void answer_add_text_or_missing(struct answer *answer, const char *name, const char *label,
+                                const char *text, const char *why);
 /* Adds any JSON value; text does not show it. Takes ownership of `json`. */
-void answer_json_value(struct answer *answer, const char *name, json_t *json);
+void answer_add_json(struct answer *answer, const char *name, json_t *json);
 
 /* Opens a group of facts, until answer_close_group: an object in the JSON. Text shows a heading
  * with the facts below it; if the label is "", it shows only the facts. Text omits an empty group,
@@ -90,25 +92,26 @@ void answer_open_row(struct answer *answer);
 void answer_close_group(struct answer *answer);
 
 /* Prints the answer as text. Returns false if `out` cannot be written. */
-bool answer_text(const struct answer *answer, FILE *out);
-void answer_html(const struct answer *answer, FILE *out);
+bool answer_print_text(const struct answer *answer, FILE *out);
+void answer_print_html(const struct answer *answer, FILE *out);
 /* Returns JSON that the caller owns. */
-json_t *answer_json(const struct answer *answer);
-/* Same as answer_json, but also frees the answer. */
-json_t *answer_into_json(struct answer *answer);
+json_t *answer_make_json(const struct answer *answer);
+/* Same as answer_make_json, but also frees the answer. */
+json_t *answer_make_json_and_free(struct answer *answer);
 /* Prints the answer to standard output, as text or with --json as JSON, and frees it. Returns
  * `code`, or the exit code of a failed output. */
-int answer_show(const struct cli *cli, struct answer *answer, int code);
-/* Same as answer_show if `error` is not set. Otherwise frees the answer, reports the error and
+int answer_print(const struct cli *cli, struct answer *answer, int code);
+/* Same as answer_print if `error` is not set. Otherwise frees the answer, reports the error and
  * returns its exit code. */
-int answer_end(const struct cli *cli, struct answer *answer, int code, const struct error *error);
+int answer_print_or_fail(const struct cli *cli, struct answer *answer, int code,
+                         const struct error *error);
 
 /* Prints the words of `text`, separated by one blank, and a newline at the end. `column` is the
  * number of characters already in the first line. All other lines begin with `indent` blanks; so
  * does the first line if `column` is 0. A word that is longer than a line gets a separate line.
  * Counts UTF-8 characters. */
-void wrap_print(const char *text, size_t column, size_t indent, size_t width, FILE *out);
+void text_print_wrapped(const char *text, size_t column, size_t indent, size_t width, FILE *out);
 /* Number of UTF-8 characters in the first `bytes` bytes of `text`. */
-size_t wrap_width(const char *text, size_t bytes);
+size_t text_count_characters(const char *text, size_t bytes);
 
 #endif

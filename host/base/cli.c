@@ -37,7 +37,7 @@ static json_t *text_to_json(const char *text)
     return json_string(ascii);
 }
 
-void cli_fill_end_signals(sigset_t *set)
+void cli_fill_termination_signals(sigset_t *set)
 {
     struct sigaction hangup;
     sigemptyset(set);
@@ -82,7 +82,7 @@ void cli_begin(const struct cli *cli)
 static bool is_stderr_coloured(void)
 {
     const char *no_colour = getenv("NO_COLOR");
-    return cli_can_draw_on_stderr() && !(no_colour && no_colour[0]);
+    return cli_is_stderr_terminal() && !(no_colour && no_colour[0]);
 }
 
 int cli_fail(const struct error *error)
@@ -161,13 +161,13 @@ bool cli_confirm(const char *format, ...)
     return fgets(line, sizeof line, stdin) && strcmp(line, "yes\n") == 0;
 }
 
-bool cli_can_draw_on_stderr(void)
+bool cli_is_stderr_terminal(void)
 {
     const char *terminal = getenv("TERM");
     return isatty(STDERR_FILENO) && terminal && strcmp(terminal, "dumb") != 0;
 }
 
-unsigned cli_columns(void)
+unsigned cli_terminal_columns(void)
 {
     struct winsize size = {0};
     if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0)

@@ -22,7 +22,7 @@ struct cli {
 
 /* Sets the signals that end a long command: Ctrl-C, kill, and hangup of the terminal unless hangup
  * is ignored, as under nohup. */
-void cli_fill_end_signals(sigset_t *set);
+void cli_fill_termination_signals(sigset_t *set);
 /* Applies the global options. Call it before any function that can fail. From then on, a write
  * beyond the file size limit is a write error and does not raise a signal. */
 void cli_begin(const struct cli *cli);
@@ -49,10 +49,10 @@ void cli_note(const struct cli *cli, const char *format, ...) __attribute__((for
  * any answer except `yes`. Returns true if standard input or stderr is not a terminal. */
 bool cli_confirm(const char *format, ...) __attribute__((format(printf, 1, 2)));
 /* True if stderr is a terminal on which progress may be drawn (TERM is not "dumb"). */
-bool cli_can_draw_on_stderr(void);
+bool cli_is_stderr_terminal(void);
 
 /* Width of stdout in columns; 100 if stdout is not a terminal. */
-unsigned cli_columns(void);
+unsigned cli_terminal_columns(void);
 
 /* Reports on stderr that writing to stdout failed. Returns the exit code. */
 int cli_report_output_failure(void);

@@ -48,7 +48,7 @@ static size_t find_option(const struct command *command, const char *word, const
 }
 
 /* Returns the long option that begins with this letter; NULL if there is none or more than one. */
-static const char *find_unique_option(const struct command *command, char letter)
+static const char *find_option_by_letter(const struct command *command, char letter)
 {
     const char *only = NULL;
     for (size_t i = 0; i < command->part_count; i++) {
@@ -75,7 +75,7 @@ static enum mr_status refuse_unknown_option(const struct command *command, const
             spell_suggest_add(&near, command->parts[i].option.name);
     }
     if (!near.best && bare[0] == '-' && bare[1] && !bare[2])
-        near.best = find_unique_option(command, bare[1]);
+        near.best = find_option_by_letter(command, bare[1]);
     spell_suggest_text(&near, text);
     return error_set(error, MR_UNKNOWN, "unknown option: '%s'%s%s%s%s see matrig %s%s--help", word,
                      name ? " of " : "", name ? name : "", text, text[0] ? "" : ";",
@@ -101,7 +101,8 @@ const struct command command_matrig = {"matrig",
                                        COMMAND_PARTS(parts),
                                        {0, 0, ""}};
 
-int command_begin(int argc, char **argv, struct global_options *before, struct error *error)
+int command_parse_global_options(int argc, char **argv, struct global_options *before,
+                                 struct error *error)
 {
     int i = 1;
     for (; i < argc && argv[i][0] == '-' && !before->help && !before->version; i++) {
@@ -199,7 +200,7 @@ static enum mr_status read_choice(const struct parser *p, const struct command_o
 {
     char all[160], suggestion[SPELL_SUGGEST_TEXT_SIZE];
     struct spell_suggest near;
-    if (spell_suggest_choice(&near, text, option->choices)) {
+    if (spell_suggest_add_choices(&near, text, option->choices)) {
         *(const char **)value_address(p, option) = text;
         return MR_OK;
     }
@@ -301,7 +302,7 @@ static bool follows_text_value(const struct parser *p, char **argv, int i)
 
 /* True if the second operand is not a RUN and is probably the rest of a text without quotes, as in
  * `--runway as laid`. */
-static bool is_rest_of_unquoted_text(const struct parser *p, char **argv, int i, size_t count)
+static bool follows_unquoted_text(const struct parser *p, char **argv, int i, size_t count)
 {
     int64_t run;
     struct error ignored = {0};
@@ -413,7 +414,7 @@ enum mr_status command_parse(const struct command *command, int argc, char **arg
             return error->status;
         if (is_option && read_option(&p, argc, argv, &i, error) != MR_OK)
             return error->status;
-        if (!is_option && (count == operands->max || is_rest_of_unquoted_text(&p, argv, i, count)))
+        if (!is_option && (count == operands->max || follows_unquoted_text(&p, argv, i, count)))
             return refuse_extra_word(&p, argv, i, error);
         if (!is_option)
             words[count++] = argv[i];

@@ -168,7 +168,8 @@ extern const struct command command_matrig;
 /* Parses the global options; stops at the first one that asks for help or the version. Returns the
  * index of the command's name, or argc if there is none. Sets MR_USAGE in `error` for an unknown
  * option. */
-int command_begin(int argc, char **argv, struct global_options *before, struct error *error);
+int command_parse_global_options(int argc, char **argv, struct global_options *before,
+                                 struct error *error);
 
 /* Sorts argv into options, whose values go to `values` (an OPTION_VALUES), and other words (`words`
  * has room for operands.max; unused entries are NULL). Options are written `--name value` or

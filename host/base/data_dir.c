@@ -45,7 +45,7 @@ static void get_program_folder(char *folder, size_t size)
 }
 
 /* Makes the path of a file and returns true if the file is readable. */
-static bool make_readable_path(char *path, size_t size, const char *folder, const char *below,
+static bool find_readable_path(char *path, size_t size, const char *folder, const char *below,
                                const char *name)
 {
     char candidate[PATH_MAX];
@@ -62,8 +62,8 @@ static void find_installed_file(const char *built, const char *shared, char *pat
 {
     char folder[PATH_MAX - 80];
     get_program_folder(folder, sizeof folder);
-    if (make_readable_path(path, size, folder, "/", built) ||
-        (shared && make_readable_path(path, size, folder, "/../share/matrig/", shared)))
+    if (find_readable_path(path, size, folder, "/", built) ||
+        (shared && find_readable_path(path, size, folder, "/../share/matrig/", shared)))
         return;
     snprintf(path, size, "%s/%s", folder, built);
 }

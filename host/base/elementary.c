@@ -4,14 +4,14 @@
 #include <stddef.h>
 
 /* 32 significant bits, so that the product with an exponent is exact */
-#define LN2_HIGH 0.6931471803691238
-#define LN2_LOW  1.9082149292705877e-10
-#define LOG2_E   1.4426950408889634
-#define PI_2     1.5707963267948966
-#define PI_2_LOW 6.123233995736766e-17
-/* pi / 2 in two parts, the first of 32 bits: n * PI_2_A is exact */
-#define PI_2_A   1.5707963267341256
-#define PI_2_B   6.077100506506192e-11
+#define LN2_HIGH    0.6931471803691238
+#define LN2_LOW     1.9082149292705877e-10
+#define LOG2_E      1.4426950408889634
+#define PI_2        1.5707963267948966
+#define PI_2_LOW    6.123233995736766e-17
+/* pi / 2 in two parts, the first of 32 bits: n * PI_2_PART_1 is exact */
+#define PI_2_PART_1 1.5707963267341256
+#define PI_2_PART_2 6.077100506506192e-11
 
 /* Evaluates c[0] + c[1] x + ... */
 static double polynomial(double x, const double *c, size_t count)
@@ -103,7 +103,8 @@ static int reduce_to_quadrant(double x, double *sine, double *cosine)
         return 0;
     }
     double n = fabs(x) < 0.78 ? 0.0 : floor(x / PI_2 + 0.5);
-    double high = x - n * PI_2_A, low = n * PI_2_B, r = high - low, lost = (high - r) - low;
+    double high = x - n * PI_2_PART_1, low = n * PI_2_PART_2, r = high - low,
+           lost = (high - r) - low;
     double z = r * r, half = 0.5 * z, one = 1.0 - half;
     *sine = r == 0.0 ? r : r + (r * z * POLYNOMIAL(z, s) + lost * one);
     *cosine = one + (((1.0 - one) - half) + (z * z * POLYNOMIAL(z, c) - r * lost));

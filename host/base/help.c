@@ -224,7 +224,7 @@ static void put_text(FILE *out, const struct command_part *part)
 /* Prints the unit that applies to a number without a unit. */
 static void put_unit(FILE *out, const struct command_option *option)
 {
-    if (option->kind != OPTION_IS_NUMBER || !quantity_kind_of(option->unit))
+    if (option->kind != OPTION_IS_NUMBER || !quantity_kind_find(option->unit))
         return;
     fprintf(out, " (unit: %s", option->unit);
     if (option->unit_si)
@@ -313,7 +313,7 @@ static void put_lines(FILE *out, const char *text, size_t column, size_t indent)
                     line);
         } else {
             char *copy = xasprintf("%.*s", (int)length, line);
-            wrap_print(copy, column, indent, LINE_WIDTH, out);
+            text_print_wrapped(copy, column, indent, LINE_WIDTH, out);
             free(copy);
         }
         line += length + (line[length] == '\n');

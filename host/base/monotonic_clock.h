@@ -24,7 +24,7 @@ static inline double monotonic_s(void)
 }
 
 /* Returns the processor time that this process has used, in milliseconds. */
-static inline double processor_ms(void)
+static inline double processor_time_ms(void)
 {
     struct timespec now;
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);

@@ -11,7 +11,7 @@
 
 #include "host/base/xmalloc.h"
 
-#define DRAFTS_MAX 100
+#define TEMPORARY_FILES_MAX 100
 
 /* ---- target ---- */
 
@@ -30,7 +30,7 @@ bool output_is_database(const char *path)
     return is;
 }
 
-enum mr_status output_check_kind(const char *path, const char *wanted, struct error *error)
+enum mr_status output_check_file_format(const char *path, const char *wanted, struct error *error)
 {
     static const struct {
         const char *prefix, *kind, *advice;
@@ -66,7 +66,7 @@ enum mr_status output_check_kind(const char *path, const char *wanted, struct er
     return MR_OK;
 }
 
-size_t utf8_mark_length(const char *text, size_t length)
+size_t utf8_bom_length(const char *text, size_t length)
 {
     return length >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0 ? 3 : 0;
 }
@@ -78,7 +78,7 @@ static enum mr_status set_write_error(const char *path, struct error *error)
 }
 
 /* Writes the folder part of a path, with the slash at its end. */
-static void folder_of(const char *path, char folder[PATH_MAX])
+static void get_parent_folder(const char *path, char folder[PATH_MAX])
 {
     const char *slash = strrchr(path, '/');
     snprintf(folder, PATH_MAX, "%.*s", slash ? (int)(slash - path + 1) : 2, slash ? path : "./");
@@ -90,7 +90,7 @@ static enum mr_status find_target(const char *path, char target[PATH_MAX], struc
     char folder[PATH_MAX], whole[PATH_MAX];
     if (realpath(path, target))
         return MR_OK;
-    folder_of(path, folder);
+    get_parent_folder(path, folder);
     const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
     if (errno != ENOENT || !realpath(folder, whole) || !*name)
         return errno = *name ? errno : EISDIR, set_write_error(path, error);
@@ -146,7 +146,7 @@ static enum mr_status check_path(const char *path, struct error *error)
         return MR_OK;
     if (find_target(path, target, error) != MR_OK)
         return error->status;
-    folder_of(target, folder);
+    get_parent_folder(target, folder);
     if (exists && check_replaceable(path, target, error) != MR_OK)
         return error->status;
     return access(folder, W_OK | X_OK) == 0 ? MR_OK : set_write_error(path, error);
@@ -177,8 +177,8 @@ static bool write_all(int fd, const char *bytes, size_t length)
 }
 
 /* Syncs the draft (the temporary file with the new content) to disk and renames it to `target`. */
-static enum mr_status commit_draft(int fd, const char *draft, const char *target, const char *path,
-                                   struct error *error)
+static enum mr_status commit_temporary_file(int fd, const char *draft, const char *target,
+                                            const char *path, struct error *error)
 {
     struct stat info;
     if (stat(target, &info) == 0) {
@@ -195,12 +195,12 @@ static enum mr_status commit_draft(int fd, const char *draft, const char *target
 }
 
 /* Creates an empty draft file in the folder of the target. Returns its descriptor, or -1. */
-static int make_draft(const char *target, mode_t mode, char draft[PATH_MAX + 64])
+static int create_temporary_file(const char *target, mode_t mode, char draft[PATH_MAX + 64])
 {
     char folder[PATH_MAX];
     int fd = -1;
-    folder_of(target, folder);
-    for (int i = 0; i < DRAFTS_MAX && fd < 0; i++) {
+    get_parent_folder(target, folder);
+    for (int i = 0; i < TEMPORARY_FILES_MAX && fd < 0; i++) {
         snprintf(draft, PATH_MAX + 64, "%s.matrig-%ld-%d", folder, (long)getpid(), i);
         fd = open(draft, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode);
         if (fd < 0 && errno != EEXIST)
@@ -217,13 +217,13 @@ static enum mr_status replace_target(const struct output *output, struct error *
     struct error failed = {0};
     if (find_target(output->path, target, error) != MR_OK)
         return error->status;
-    int fd = make_draft(target, output->is_executable ? 0777 : 0666, draft);
+    int fd = create_temporary_file(target, output->is_executable ? 0777 : 0666, draft);
     if (fd < 0)
         return set_write_error(output->path, error);
     if (!write_all(fd, output->text, output->length))
         set_write_error(output->path, &failed);
     else
-        commit_draft(fd, draft, target, output->path, &failed);
+        commit_temporary_file(fd, draft, target, output->path, &failed);
     if (close(fd) != 0)
         set_write_error(output->path, &failed);
     if (failed.status == MR_OK)

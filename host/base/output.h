@@ -57,9 +57,9 @@ enum mr_status output_check_not_input(const char *path, const char *input, struc
 bool output_is_database(const char *path);
 /* Checks that a file is of the `wanted` kind ("survey sheet"). Fails with MR_MALFORMED if its first
  * bytes are those of another known kind, such as a spreadsheet. The message names that kind. */
-enum mr_status output_check_kind(const char *path, const char *wanted, struct error *error);
+enum mr_status output_check_file_format(const char *path, const char *wanted, struct error *error);
 /* Length in bytes (0 or 3) of a UTF-8 byte order mark at the start of a text. Spreadsheets write
  * such a mark. */
-size_t utf8_mark_length(const char *text, size_t length);
+size_t utf8_bom_length(const char *text, size_t length);
 
 #endif

@@ -10,7 +10,7 @@
 #include "host/base/process.h"
 #include "host/base/xmalloc.h"
 
-#define GNUPLOT_LIMIT_S        120.0
+#define GNUPLOT_TIMEOUT_S      120.0
 #define TEMPORARY_FILE_PURPOSE "the plot" /* purpose of a temporary file, in error messages */
 /* Maximum number of pixel columns with samples. A line with more samples is thinned to the smallest
  * and largest value per column. */
@@ -255,8 +255,8 @@ static enum mr_status run_gnuplot(FILE *script, FILE *picture, struct error *err
         fclose(errors);
         return error->status;
     }
-    if (!process_wait(child, GNUPLOT_LIMIT_S, &status))
-        snprintf(line, sizeof line, "timed out after %g s", GNUPLOT_LIMIT_S);
+    if (!process_wait(child, GNUPLOT_TIMEOUT_S, &status))
+        snprintf(line, sizeof line, "timed out after %g s", GNUPLOT_TIMEOUT_S);
     else if (WIFSIGNALED(status))
         snprintf(line, sizeof line, "killed by signal %d", WTERMSIG(status));
     else if (WEXITSTATUS(status) != 0)

@@ -82,7 +82,7 @@ static const struct unit_symbol unit_symbols[] = {
     {"F", DIM_TEMPERATURE, 5, 9, 0, false},
 };
 
-/* quantity_kind_of compares only the first unit of each kind. */
+/* quantity_kind_find compares only the first unit of each kind. */
 static const struct quantity_kind quantity_kinds[] = {
     {"a length", "ft, in, mm, cm, m", "m", NULL},
     {"a force", "lb, kip, N, kN, kgf, kg", "N", "kg is the weight of that mass"},
@@ -307,7 +307,7 @@ double quantity_convert(double value, const char *from, const char *to)
 /* Writes the advice "write ft, in, mm, cm or m after the number, or no unit for ft". */
 static void write_advice(const char *unit, const char *bare, struct quantity_error *wrong)
 {
-    const struct quantity_kind *kind = quantity_kind_of(unit);
+    const struct quantity_kind *kind = quantity_kind_find(unit);
     char units[120];
     snprintf(units, sizeof units, "%s", kind ? kind->units : unit);
     char *last = strrchr(units, ',');
@@ -340,10 +340,11 @@ static bool refuse_no_number(const char *text, const char *unit, const char *bar
     return false;
 }
 
-static bool refuse_other_kind(const char *given_unit, const char *unit, const char *bare,
-                              struct quantity_error *wrong)
+static bool refuse_other_dimension(const char *given_unit, const char *unit, const char *bare,
+                                   struct quantity_error *wrong)
 {
-    const struct quantity_kind *is = quantity_kind_of(given_unit), *wanted = quantity_kind_of(unit);
+    const struct quantity_kind *is = quantity_kind_find(given_unit),
+                               *wanted = quantity_kind_find(unit);
     char what[sizeof wrong->what];
     if (!*unit)
         snprintf(what, sizeof what, "unexpected unit");
@@ -396,10 +397,10 @@ bool quantity_parse(const char *text, const char *unit, const char *bare, double
     if (!read_unit(given_unit, &from))
         return refuse_quantity(wrong, *unit ? "unknown unit" : "unexpected unit", unit, bare);
     if (!*unit || !read_unit(unit, &to))
-        return refuse_other_kind(given_unit, unit, bare, wrong);
+        return refuse_other_dimension(given_unit, unit, bare, wrong);
     convert_kg_to_force(&from, &to);
     if (!has_same_dimension(&from, &to))
-        return refuse_other_kind(given_unit, unit, bare, wrong);
+        return refuse_other_dimension(given_unit, unit, bare, wrong);
     if (!is_same_unit(&from, &to) && *value != 0.0)
         *value = convert_value(strtold(start, NULL), &from, &to);
     return isfinite(*value) || refuse_no_number(start, unit, bare, wrong);
@@ -432,12 +433,12 @@ bool quantity_read_json(const json_t *json, const char *unit, double *value,
 
 /* ---- kinds ---- */
 
-const struct quantity_kind *quantity_kind_at(size_t index)
+const struct quantity_kind *quantity_kind_get(size_t index)
 {
     return index < ARRAY_COUNT(quantity_kinds) ? &quantity_kinds[index] : NULL;
 }
 
-const struct quantity_kind *quantity_kind_of(const char *text)
+const struct quantity_kind *quantity_kind_find(const char *text)
 {
     struct unit unit, first;
     char name[40];
@@ -463,7 +464,7 @@ void quantity_find_dimension(const char *text, int powers[3])
     powers[2] = known ? unit.power[DIMENSION_TIME] : 0;
 }
 
-const char *quantity_unit_of_name(const char *name)
+const char *quantity_unit_from_name(const char *name)
 {
     for (size_t i = 0; i < ARRAY_COUNT(name_endings); i++) {
         size_t length = strlen(name), end = strlen(name_endings[i].ending);

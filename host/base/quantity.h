@@ -52,16 +52,16 @@ struct quantity_kind {
     const char *note; /* note on one of the units; NULL: none */
 };
 /* Returns the kinds in order: index 0 is the first; NULL after the last. Static storage. */
-const struct quantity_kind *quantity_kind_at(size_t index);
+const struct quantity_kind *quantity_kind_get(size_t index);
 /* Finds the kind of quantity that a unit measures. NULL: the table has no such kind, or the text is
  * not a unit. */
-const struct quantity_kind *quantity_kind_of(const char *unit);
+const struct quantity_kind *quantity_kind_find(const char *unit);
 /* Writes the powers of force, length and time in a unit. All are 0 if the text is not a unit or has
  * no dimension. */
 void quantity_find_dimension(const char *unit, int powers[3]);
 /* The spelling of a unit in the table of units: "in" for "Inches". "" if the unit is unknown. */
 const char *quantity_unit_spelling(const char *text, size_t length);
 /* The unit at the end of a name: "ft/s2" for "deceleration_ft_s2". "" if there is no known unit. */
-const char *quantity_unit_of_name(const char *name);
+const char *quantity_unit_from_name(const char *name);
 
 #endif

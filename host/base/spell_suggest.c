@@ -13,12 +13,12 @@ static const char *skip_dashes(const char *word)
     return word + strspn(word, "-");
 }
 
-static int lower_letter(const char *word, size_t i)
+static int lowercase_letter_at(const char *word, size_t i)
 {
     return tolower((unsigned char)word[i]);
 }
 
-static size_t smaller_of(size_t a, size_t b)
+static size_t minimum_size(size_t a, size_t b)
 {
     return a < b ? a : b;
 }
@@ -34,12 +34,12 @@ static size_t edit_distance(const char *a, size_t a_length, const char *b, size_
         row[0][k] = k;
     for (size_t i = 1; i <= a_length; i++) {
         for (size_t k = 1; k <= b_length; k++) {
-            bool same = lower_letter(a, i - 1) == lower_letter(b, k - 1);
-            row[i][k] = smaller_of(row[i - 1][k - 1] + !same,
-                                   smaller_of(row[i - 1][k], row[i][k - 1]) + 1);
-            if (i > 1 && k > 1 && lower_letter(a, i - 1) == lower_letter(b, k - 2) &&
-                lower_letter(a, i - 2) == lower_letter(b, k - 1))
-                row[i][k] = smaller_of(row[i][k], row[i - 2][k - 2] + 1);
+            bool same = lowercase_letter_at(a, i - 1) == lowercase_letter_at(b, k - 1);
+            row[i][k] = minimum_size(row[i - 1][k - 1] + !same,
+                                     minimum_size(row[i - 1][k], row[i][k - 1]) + 1);
+            if (i > 1 && k > 1 && lowercase_letter_at(a, i - 1) == lowercase_letter_at(b, k - 2) &&
+                lowercase_letter_at(a, i - 2) == lowercase_letter_at(b, k - 1))
+                row[i][k] = minimum_size(row[i][k], row[i - 2][k - 2] + 1);
         }
     }
     return row[a_length][b_length];
@@ -48,7 +48,7 @@ static size_t edit_distance(const char *a, size_t a_length, const char *b, size_
 static size_t common_prefix_length(const char *a, const char *b)
 {
     size_t n = 0;
-    while (a[n] && lower_letter(a, n) == lower_letter(b, n))
+    while (a[n] && lowercase_letter_at(a, n) == lowercase_letter_at(b, n))
         n++;
     return n;
 }
@@ -61,7 +61,7 @@ void spell_suggest_begin(struct spell_suggest *suggest, const char *word)
 bool spell_suggest_add(struct spell_suggest *suggest, const char *candidate)
 {
     const char *a = skip_dashes(suggest->word), *b = skip_dashes(candidate);
-    size_t a_length = strlen(a), b_length = strlen(b), shorter = smaller_of(a_length, b_length);
+    size_t a_length = strlen(a), b_length = strlen(b), shorter = minimum_size(a_length, b_length);
     bool is_word = strcmp(suggest->word, candidate) == 0;
     if (a_length > WORD_LETTERS_MAX || b_length > WORD_LETTERS_MAX || shorter == 0)
         return is_word;
@@ -80,7 +80,7 @@ bool spell_suggest_add(struct spell_suggest *suggest, const char *candidate)
     return is_word;
 }
 
-bool spell_suggest_choice(struct spell_suggest *suggest, const char *word, const char *choices)
+bool spell_suggest_add_choices(struct spell_suggest *suggest, const char *word, const char *choices)
 {
     bool found = false;
     spell_suggest_begin(suggest, word);

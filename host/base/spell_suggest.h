@@ -11,7 +11,7 @@
 struct spell_suggest {
     const char *word, *best; /* best: the nearest word so far; NULL: none */
     size_t distance;         /* number of edits from `word` to `best` */
-    char choices[200];       /* see spell_suggest_choice */
+    char choices[200];       /* see spell_suggest_add_choices */
 };
 
 void spell_suggest_begin(struct spell_suggest *suggest, const char *word);
@@ -20,7 +20,8 @@ void spell_suggest_begin(struct spell_suggest *suggest, const char *word);
 bool spell_suggest_add(struct spell_suggest *suggest, const char *candidate);
 /* Starts the search for `word` and compares choices such as "left|right". Returns true if the word
  * is one of them. */
-bool spell_suggest_choice(struct spell_suggest *suggest, const char *word, const char *choices);
+bool spell_suggest_add_choices(struct spell_suggest *suggest, const char *word,
+                               const char *choices);
 
 /* Writes "; did you mean BEST?". For some words of other programs (delete, undo), writes advice
  * between "; " and ";". Writes "" if no word is near. */

@@ -31,14 +31,14 @@ static const struct unit units[2][UNIT_KIND_COUNT] = {
      {"N/m", "N_m", 4.4482216152605 / 0.3048}},
 };
 
-const struct unit *unit_of(enum unit_kind kind, bool si)
+const struct unit *unit_get(enum unit_kind kind, bool si)
 {
     return &units[si][kind];
 }
 
-const struct unit *unit_of_passed_value(enum unit_kind kind)
+const struct unit *unit_get_json(enum unit_kind kind)
 {
-    return unit_of(kind == UNIT_MOVEMENT ? UNIT_STATION : kind, false);
+    return unit_get(kind == UNIT_MOVEMENT ? UNIT_STATION : kind, false);
 }
 
 /* Units of calibration points, a subset of the units in quantity.h. kg means the weight of that
@@ -49,7 +49,7 @@ static const struct unit_word unit_word_table[] = {
     {"N", UNIT_TENSION},       {"kN", UNIT_TENSION},      {"kg", UNIT_TENSION},
 };
 
-const struct unit_word *unit_word_at(size_t index)
+const struct unit_word *unit_word_get(size_t index)
 {
     return index < sizeof unit_word_table / sizeof unit_word_table[0] ? &unit_word_table[index]
                                                                       : NULL;
@@ -78,14 +78,14 @@ double unit_round_to_zero(double value, double least)
 int unit_decimals(enum unit_kind kind, bool si, int decimals)
 {
     int kept = decimals -
-               (int)floor(log10(unit_of(kind, si)->factor / unit_of(kind, false)->factor));
+               (int)floor(log10(unit_get(kind, si)->factor / unit_get(kind, false)->factor));
     return kept > 0 ? kept : 0;
 }
 
 static const char *format_value(enum unit_kind kind, bool si, double value, int decimals, bool plus,
                                 char out[UNIT_TEXT_SIZE])
 {
-    const struct unit *unit = unit_of(kind, si);
+    const struct unit *unit = unit_get(kind, si);
     const int kept = unit_decimals(kind, si, decimals);
     const double shown = unit_round_to_zero(value * unit->factor, pow(10.0, -kept));
     if (isfinite(value))

@@ -28,9 +28,9 @@ struct unit {
     double factor;      /* factor from the report's unit to this unit */
 };
 
-const struct unit *unit_of(enum unit_kind kind, bool si);
+const struct unit *unit_get(enum unit_kind kind, bool si);
 /* Returns the unit in which callers pass values of this kind. */
-const struct unit *unit_of_passed_value(enum unit_kind kind);
+const struct unit *unit_get_json(enum unit_kind kind);
 /* A unit that users may write after a displacement or a tension. */
 struct unit_word {
     const char *word; /* spelling for output: "mm", "kN" */
@@ -40,7 +40,7 @@ struct unit_word {
  * case except "M" and "Mm", where M is mega. NULL: unknown. Static storage. */
 const struct unit_word *unit_word_find(const char *word, size_t length);
 /* Returns each unit once, in order: index 0 is the first; NULL after the last. Static storage. */
-const struct unit_word *unit_word_at(size_t index);
+const struct unit_word *unit_word_get(size_t index);
 /* Returns 0 (never -0) if the value rounds to 0 when its last digit has the value `least`;
  * otherwise returns the value. */
 double unit_round_to_zero(double value, double least);

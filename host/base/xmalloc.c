@@ -6,7 +6,7 @@
 
 #include "common/status.h"
 
-_Noreturn void xmalloc_failed(size_t bytes)
+_Noreturn void xmalloc_exit_out_of_memory(size_t bytes)
 {
     fprintf(stderr, "matrig: out of memory: cannot allocate %zu bytes; close other programs\n",
             bytes);
@@ -16,7 +16,7 @@ _Noreturn void xmalloc_failed(size_t bytes)
 static void *check_allocated(void *memory, size_t bytes)
 {
     if (!memory)
-        xmalloc_failed(bytes);
+        xmalloc_exit_out_of_memory(bytes);
     return memory;
 }
 

@@ -22,7 +22,7 @@ char *xasprintf(const char *format, ...)
     __attribute__((format(printf, 1, 2), malloc, returns_nonnull));
 
 /* Ends the process as xmalloc does, after a failed allocation of another function. */
-_Noreturn void xmalloc_failed(size_t bytes);
+_Noreturn void xmalloc_exit_out_of_memory(size_t bytes);
 
 /* Makes room for one more element in a list of `count` elements of `size` bytes. `list` is the
  * address of the list's pointer, which is NULL at first. The capacity doubles at powers of two, so

@@ -442,7 +442,7 @@ static const struct mr_board *find_board(const struct bringup *bringup)
     return number < 0 ? NULL : mr_board_by_number((unsigned)number);
 }
 
-static void judge_line(struct bringup_result *j, const struct mr_board *board)
+static void compare_with_limit(struct bringup_result *j, const struct mr_board *board)
 {
     const struct bringup_limit *limit = j->limit;
     if (limit) {
@@ -450,9 +450,9 @@ static void judge_line(struct bringup_result *j, const struct mr_board *board)
         j->max = limit->board_value ? j->min : limit->max;
     }
     j->verdict = !j->limit          ? BRINGUP_SUSPECT
-               : j->line->is_absent ? j->limit->verdict_missing
+               : j->line->is_absent ? j->limit->verdict_if_missing
                : is_within_limit(j) ? BRINGUP_OK
-                                    : j->limit->verdict_beyond;
+                                    : j->limit->verdict_if_outside;
 }
 
 static bool has_line_for_limit(const struct bringup *bringup, unsigned section,
@@ -465,8 +465,8 @@ static bool has_line_for_limit(const struct bringup *bringup, unsigned section,
     return false;
 }
 
-size_t bringup_judge(const struct bringup *bringup,
-                     struct bringup_result judged[BRINGUP_RESULTS_MAX])
+size_t bringup_check_limits(const struct bringup *bringup,
+                            struct bringup_result judged[BRINGUP_RESULTS_MAX])
 {
     unsigned section = get_section_bit(bringup->section);
     const struct mr_board *board = find_board(bringup);
@@ -476,15 +476,15 @@ size_t bringup_judge(const struct bringup *bringup,
         *j = (struct bringup_result){.name = bringup->line[i].name,
                                      .line = &bringup->line[i],
                                      .limit = find_limit(section, &bringup->line[i])};
-        judge_line(j, board);
+        compare_with_limit(j, board);
     }
     for (size_t i = 0; i < LIMIT_COUNT; i++) {
         const struct bringup_limit *limit = &limits[i];
-        if (!(limit->section_bits & section) || limit->verdict_missing == BRINGUP_OK ||
+        if (!(limit->section_bits & section) || limit->verdict_if_missing == BRINGUP_OK ||
             has_line_for_limit(bringup, section, limit))
             continue;
         judged[count++] = (struct bringup_result){
-            .name = limit->name, .limit = limit, .verdict = limit->verdict_missing};
+            .name = limit->name, .limit = limit, .verdict = limit->verdict_if_missing};
     }
     return count;
 }

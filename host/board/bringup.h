@@ -58,7 +58,7 @@ struct bringup_limit {
     double min, max;
     /* Limit computed for this board; NULL: the limit is the same for all boards. */
     double (*board_value)(const struct mr_board *board);
-    enum bringup_verdict verdict_beyond, verdict_missing;
+    enum bringup_verdict verdict_if_outside, verdict_if_missing;
     const char *source, *advice;
 };
 
@@ -75,8 +75,8 @@ struct bringup_result {
 
 /* Judges the lines in their order, then adds the missing ones. Returns the number of results, which
  * point into `bringup`. */
-size_t bringup_judge(const struct bringup *bringup,
-                     struct bringup_result judged[BRINGUP_RESULTS_MAX]);
+size_t bringup_check_limits(const struct bringup *bringup,
+                            struct bringup_result judged[BRINGUP_RESULTS_MAX]);
 enum bringup_verdict bringup_worst_verdict(const struct bringup_result *judged, size_t count);
 const char *bringup_verdict_text(enum bringup_verdict verdict); /* "ok", "look", "wrong" */
 bool bringup_limit_is_group(const struct bringup_limit *limit);

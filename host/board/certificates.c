@@ -131,8 +131,9 @@ enum mr_status certificates_parse(const char *text, struct store_certificate *ro
 
 /* ---- state ---- */
 
-enum certificate_state certificates_state(const struct store_certificate *certificate,
-                                          const struct mr_channel_config *channel, int64_t now_s)
+enum certificate_state certificates_check_state(const struct store_certificate *certificate,
+                                                const struct mr_channel_config *channel,
+                                                int64_t now_s)
 {
     if (channel->serial[0] && certificate->sensor[0] &&
         (strlen(certificate->sensor) > sizeof channel->serial ||
@@ -161,7 +162,7 @@ void certificates_state_text(const struct store_certificate *certificate,
                  date);
 }
 
-double certificates_standard_uncertainty(const struct store_certificate *certificate, double value)
+double certificates_compute_uncertainty(const struct store_certificate *certificate, double value)
 {
     double expanded = !isnan(certificate->expanded) ? certificate->expanded
                                                     : certificate->expanded_rel * fabs(value);

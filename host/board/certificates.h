@@ -28,8 +28,9 @@ enum mr_status certificates_read(struct store *store, const char *board_uid,
 enum mr_status certificates_parse(const char *text, struct store_certificate *row,
                                   struct error *error);
 /* Compares a certificate with its channel in the board's configuration at the Unix time `now_s`. */
-enum certificate_state certificates_state(const struct store_certificate *certificate,
-                                          const struct mr_channel_config *channel, int64_t now_s);
+enum certificate_state certificates_check_state(const struct store_certificate *certificate,
+                                                const struct mr_channel_config *channel,
+                                                int64_t now_s);
 /* Writes the state as text: "valid until 2027-03-01", "overdue since 2027-03-02", ... */
 #define CERTIFICATES_TEXT_SIZE 160
 void certificates_state_text(const struct store_certificate *certificate,
@@ -37,6 +38,6 @@ void certificates_state_text(const struct store_certificate *certificate,
                              char out[CERTIFICATES_TEXT_SIZE]);
 
 /* Returns the standard uncertainty at the reading `value`, in or lb. */
-double certificates_standard_uncertainty(const struct store_certificate *certificate, double value);
+double certificates_compute_uncertainty(const struct store_certificate *certificate, double value);
 
 #endif

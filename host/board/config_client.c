@@ -25,7 +25,7 @@ void config_words_receive(struct config_words *words, const uint8_t *bytes, size
         store_word(words, &word);
 }
 
-unsigned config_words_first_missing(const struct config_words *words)
+unsigned config_words_find_missing(const struct config_words *words)
 {
     unsigned word = 0;
     while (word < MR_CONFIG_WORDS && words->is_present[word])
@@ -49,7 +49,7 @@ bool config_words_add(struct config_words *words, const struct mr_config_image *
         memset(words->is_present, 0, sizeof words->is_present);
     words->has_last_word = false;
     store_word(words, word);
-    return words->has_last_word && config_words_first_missing(words) == MR_CONFIG_WORDS &&
+    return words->has_last_word && config_words_find_missing(words) == MR_CONFIG_WORDS &&
            config_words_decode(words, config, &crc) == MR_OK;
 }
 
@@ -124,7 +124,7 @@ static enum mr_status request_words(struct config_client *client, struct error *
     struct mr_ack ack;
     client->words.has_last_word = false;
     enum mr_status status = send_command(client, MR_COMMAND_CONFIG_READ,
-                                         config_words_first_missing(&client->words), &ack, error);
+                                         config_words_find_missing(&client->words), &ack, error);
     if (status == MR_OK && ack.status != MR_OK)
         return ack.status == MR_NOT_NOW
                  ? set_locked_error(client, error)
@@ -153,13 +153,13 @@ enum mr_status config_client_get(struct config_client *client, struct mr_config 
     enum mr_status status = MR_OK;
     client->words = (struct config_words){.count = 0};
     for (int round = 0; status == MR_OK && round < ATTEMPTS_MAX &&
-                        config_words_first_missing(&client->words) < MR_CONFIG_WORDS;
+                        config_words_find_missing(&client->words) < MR_CONFIG_WORDS;
          round++)
         status = request_words(client, error);
-    if (status == MR_OK && config_words_first_missing(&client->words) < MR_CONFIG_WORDS)
+    if (status == MR_OK && config_words_find_missing(&client->words) < MR_CONFIG_WORDS)
         return error_set(error, MR_TIMEOUT,
                          "the configuration is incomplete, word %u of %u was lost: %s; try again",
-                         config_words_first_missing(&client->words), MR_CONFIG_WORDS,
+                         config_words_find_missing(&client->words), MR_CONFIG_WORDS,
                          dialogue_spec(client->dialogue));
     if (status != MR_OK)
         return status;

@@ -27,7 +27,7 @@ bool config_words_add(struct config_words *words, const struct mr_config_image *
                       struct mr_config *config);
 /* Returns the index of the first missing word, to be requested next; MR_CONFIG_WORDS: all words
  * were received. */
-unsigned config_words_first_missing(const struct config_words *words);
+unsigned config_words_find_missing(const struct config_words *words);
 /* Decodes a complete set of words: the configuration, and the CRC at its end. Statuses as
  * mr_config_decode. */
 enum mr_status config_words_decode(const struct config_words *words, struct mr_config *config,

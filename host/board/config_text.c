@@ -674,7 +674,7 @@ enum mr_status config_text_load(const char *path, struct mr_config *config, stru
                            "not a text file: %s; give a file that matrig board config get wrote",
                            path);
     else
-        status = config_text_read(text + utf8_mark_length(text, length), path, config, error);
+        status = config_text_read(text + utf8_bom_length(text, length), path, config, error);
     free(text);
     return status;
 }

@@ -24,7 +24,7 @@ bool crash_receive(struct crash_report *report, const struct mr_crash *message)
     return !whole && report->present_bits == ALL_CRASH_WORDS;
 }
 
-void crash_headline(const struct crash_report *report, char *out, size_t size)
+void crash_format_summary(const struct crash_report *report, char *out, size_t size)
 {
     const uint32_t *word = report->word;
     char running[64] = "";
@@ -40,28 +40,28 @@ static void add_crash(const struct crash_report *report, struct answer *answer)
 {
     char text[300], label[20];
     answer_open_group(answer, "crash", "");
-    crash_headline(report, text, sizeof text);
-    answer_sentence(answer, "text", "%s", text);
-    answer_count(answer, "age", NULL, report->restart_count);
-    answer_words(answer, "kind", NULL, "%s", mr_crash_kind_text(report->word[MR_CRASH_KIND]));
-    answer_words(answer, NULL, "called from", "0x%08x", (unsigned)report->word[MR_CRASH_LR]);
-    answer_words(answer, NULL, "image", "%08x", (unsigned)report->word[MR_CRASH_IMAGE]);
+    crash_format_summary(report, text, sizeof text);
+    answer_add_sentence(answer, "text", "%s", text);
+    answer_add_count(answer, "age", NULL, report->restart_count);
+    answer_add_text(answer, "kind", NULL, "%s", mr_crash_kind_text(report->word[MR_CRASH_KIND]));
+    answer_add_text(answer, NULL, "called from", "0x%08x", (unsigned)report->word[MR_CRASH_LR]);
+    answer_add_text(answer, NULL, "image", "%08x", (unsigned)report->word[MR_CRASH_IMAGE]);
     answer_open_group(answer, "words", "registers");
     for (unsigned i = 0; i < MR_CRASH_STACK_FIRST; i++) {
-        answer_count(answer, mr_crash_item_name(i), NULL, report->word[i]);
+        answer_add_count(answer, mr_crash_item_name(i), NULL, report->word[i]);
         if (i >= MR_CRASH_R0)
-            answer_words(answer, NULL, mr_crash_item_name(i), "%08x", (unsigned)report->word[i]);
+            answer_add_text(answer, NULL, mr_crash_item_name(i), "%08x", (unsigned)report->word[i]);
     }
     answer_close_group(answer);
     answer_open_list(answer, "stack", NULL);
     for (unsigned i = 0; i < MR_CRASH_STACK_WORDS; i++)
-        answer_count(answer, NULL, NULL, report->word[MR_CRASH_STACK_FIRST + i]);
+        answer_add_count(answer, NULL, NULL, report->word[MR_CRASH_STACK_FIRST + i]);
     answer_close_group(answer);
     answer_open_group(answer, NULL, "stack, starting at sp");
     for (unsigned i = 0; i < MR_CRASH_STACK_WORDS; i++) {
         snprintf(label, sizeof label, "sp + %u", 4 * i);
-        answer_words(answer, NULL, label, "0x%08x",
-                     (unsigned)report->word[MR_CRASH_STACK_FIRST + i]);
+        answer_add_text(answer, NULL, label, "0x%08x",
+                        (unsigned)report->word[MR_CRASH_STACK_FIRST + i]);
     }
     answer_close_group(answer);
     answer_close_group(answer);
@@ -220,12 +220,12 @@ static void add_faults(const struct health_client *client, struct answer *answer
         if (!fault->count)
             continue;
         answer_open_row(answer);
-        answer_count(answer, "code", NULL, i);
-        answer_words(answer, "text", "fault", "%s", mr_fault_text(i));
-        answer_count(answer, "detail", "detail", fault->detail);
-        answer_count(answer, "count", "times", fault->count);
+        answer_add_count(answer, "code", NULL, i);
+        answer_add_text(answer, "text", "fault", "%s", mr_fault_text(i));
+        answer_add_count(answer, "detail", "detail", fault->detail);
+        answer_add_count(answer, "count", "times", fault->count);
         if (*which)
-            answer_words(answer, NULL, "which", "%s", which);
+            answer_add_text(answer, NULL, "which", "%s", which);
     }
     answer_close_group(answer);
 }
@@ -234,55 +234,55 @@ static void add_health(const struct health_client *client, struct answer *answer
 {
     char text[160];
     health_reset_text(client->hello.reset_cause, text, sizeof text);
-    answer_words(answer, NULL, "last reset", "%s", text);
-    answer_count(answer, "reset_cause", NULL, client->hello.reset_cause);
-    answer_count(answer, "restarts", "restarts", client->restarts.restarts)->suffix =
+    answer_add_text(answer, NULL, "last reset", "%s", text);
+    answer_add_count(answer, "reset_cause", NULL, client->hello.reset_cause);
+    answer_add_count(answer, "restarts", "restarts", client->restarts.restarts)->suffix =
         " since power-on, not counting requested ones";
-    answer_count(answer, "in_row", "in a row", client->restarts.in_row)->suffix =
+    answer_add_count(answer, "in_row", "in a row", client->restarts.in_row)->suffix =
         client->restarts.in_row >= 5
             ? ": until the command `reset`, the board communicates but does not measure"
             : NULL;
-    answer_count(answer, "late_task", NULL, client->restarts.late_task);
+    answer_add_count(answer, "late_task", NULL, client->restarts.late_task);
     if (client->restarts.late_task) {
-        answer_words(answer, NULL, "watchdog",
-                     "%s missed its deadline; the processor was at 0x%08x",
-                     mr_task_text(client->restarts.late_task), (unsigned)client->restarts.late_pc);
+        answer_add_text(
+            answer, NULL, "watchdog", "%s missed its deadline; the processor was at 0x%08x",
+            mr_task_text(client->restarts.late_task), (unsigned)client->restarts.late_pc);
     }
-    answer_words(answer, "brown_out", "brown-out", "%s",
-                 mr_brown_out_text(client->restarts.brown_out));
-    answer_count(answer, "stack_used", "stack used", client->upkeep.stack_used)->suffix =
+    answer_add_text(answer, "brown_out", "brown-out", "%s",
+                    mr_brown_out_text(client->restarts.brown_out));
+    answer_add_count(answer, "stack_used", "stack used", client->upkeep.stack_used)->suffix =
         " bytes at most";
-    answer_count(answer, "stack_size", "stack", client->upkeep.stack_size)->suffix = " bytes";
-    answer_count(answer, "ram_tested", "RAM", client->upkeep.ram_tested)->suffix =
+    answer_add_count(answer, "stack_size", "stack", client->upkeep.stack_size)->suffix = " bytes";
+    answer_add_count(answer, "ram_tested", "RAM", client->upkeep.ram_tested)->suffix =
         " complete checks while idle";
-    answer_count(answer, "flash_checked", "program", client->upkeep.flash_checked)->suffix =
+    answer_add_count(answer, "flash_checked", "program", client->upkeep.flash_checked)->suffix =
         " complete checks while idle";
-    answer_words(answer, "can", "CAN", "%s", mr_can_state_text(client->alarm.state));
-    answer_count(answer, "can_tec", "TEC", client->alarm.tec);
-    answer_count(answer, NULL, "REC", client->alarm.rec);
-    answer_count(answer, "can_outages", "CAN outages", client->alarm.outages);
-    answer_value(answer, NULL, "last outage", UNIT_TIME, (double)client->alarm.outage_s, 2);
+    answer_add_text(answer, "can", "CAN", "%s", mr_can_state_text(client->alarm.state));
+    answer_add_count(answer, "can_tec", "TEC", client->alarm.tec);
+    answer_add_count(answer, NULL, "REC", client->alarm.rec);
+    answer_add_count(answer, "can_outages", "CAN outages", client->alarm.outages);
+    answer_add_value(answer, NULL, "last outage", UNIT_TIME, (double)client->alarm.outage_s, 2);
     answer_open_group(answer, NULL, "CAN frames dropped");
-    answer_count(answer, "dropped_queue_full", "queue full", client->drops.queue_full);
-    answer_count(answer, "dropped_bus_off", "bus-off", client->drops.bus_off);
-    answer_count(answer, "dropped_timeout", "no frame got through", client->drops.timeout);
-    answer_count(answer, "dropped_silent", "silent", client->drops.silent);
+    answer_add_count(answer, "dropped_queue_full", "queue full", client->drops.queue_full);
+    answer_add_count(answer, "dropped_bus_off", "bus-off", client->drops.bus_off);
+    answer_add_count(answer, "dropped_timeout", "no frame got through", client->drops.timeout);
+    answer_add_count(answer, "dropped_silent", "silent", client->drops.silent);
     answer_close_group(answer);
     add_faults(client, answer);
     if (client->crash_reported)
         add_crash(&client->crash, answer);
     else
-        answer_no_value(answer, "crash", NULL, NULL);
+        answer_add_missing_value(answer, "crash", NULL, NULL);
 }
 
 static void add_test(const struct mr_self_test *test, struct answer *answer)
 {
-    answer_count(answer, "done", NULL, test->done);
-    answer_count(answer, "failed", NULL, test->failed);
+    answer_add_count(answer, "done", NULL, test->done);
+    answer_add_count(answer, "failed", NULL, test->failed);
     for (unsigned i = 0; i < MR_SELF_TEST_COUNT; i++) {
         if (test->done >> i & 1u)
-            answer_words(answer, NULL, mr_self_test_text(i), "%s",
-                         test->failed >> i & 1u ? "FAILED" : "good");
+            answer_add_text(answer, NULL, mr_self_test_text(i), "%s",
+                            test->failed >> i & 1u ? "FAILED" : "good");
     }
 }
 
@@ -298,8 +298,8 @@ static int print_checks(const char *verb, const struct health_client *client, co
         add_test(&client->self_test, answer);
         fault = client->self_test.failed != 0;
     } else
-        answer_flag(answer, "restarted", NULL, true);
-    return answer_show(cli, answer, fault ? mr_status_exit_code(MR_LIMIT) : 0);
+        answer_add_flag(answer, "restarted", NULL, true);
+    return answer_print(cli, answer, fault ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
 int health_run(struct dialogue *dialogue, const char *verb, const struct cli *cli)

@@ -29,7 +29,7 @@ bool crash_receive(struct crash_report *report, const struct mr_crash *message);
 void health_reset_text(int64_t cause, char *out, size_t size);
 /* Writes one line without newline: "the board restarted after a usage fault at 0x0801234a, in
  * channels, block 1234". */
-void crash_headline(const struct crash_report *report, char *out, size_t size);
+void crash_format_summary(const struct crash_report *report, char *out, size_t size);
 
 /* A client for a board's health over serial: the commands state, self-test and reset, and the
  * messages about health. */

@@ -59,12 +59,12 @@ static enum mr_status add_byte(struct imagefile *image, uint64_t address, uint8_
                          (unsigned long long)address, (unsigned)MR_CONFIGURATION,
                          (unsigned)(MR_CONFIGURATION + MR_CONFIGURATION_BYTES - 1), place,
                          image->path);
-    if (image->is_given[at] && image->bytes[at] != byte)
+    if (image->is_present[at] && image->bytes[at] != byte)
         return error_set(error, MR_MALFORMED,
                          "two values for 0x%08llx: %s of %s; build the image again",
                          (unsigned long long)address, place, image->path);
-    image->given_count += !image->is_given[at];
-    image->is_given[at] = 1;
+    image->present_count += !image->is_present[at];
+    image->is_present[at] = 1;
     image->bytes[at] = byte;
     return MR_OK;
 }
@@ -151,8 +151,8 @@ static enum mr_status check_vectors(const struct imagefile *image, struct error 
     uint32_t at = (entry & ~1u) - MR_FLASH;
     bool in_ram = (stack > MR_RAM && stack <= MR_RAM + MR_RAM_BYTES) ||
                   (stack > MR_CCM && stack <= MR_CCM + MR_CCM_BYTES);
-    if (!image->is_given[0] || !image->is_given[7] || !in_ram || !(entry & 1u) ||
-        at >= IMAGEFILE_BYTES || !image->is_given[at])
+    if (!image->is_present[0] || !image->is_present[7] || !in_ram || !(entry & 1u) ||
+        at >= IMAGEFILE_BYTES || !image->is_present[at])
         return error_set(error, MR_MALFORMED,
                          "no valid vectors of an STM32F407 (stack 0x%08x, entry 0x%08x): %s; give "
                          "the image of the firmware",
@@ -196,7 +196,7 @@ enum mr_status imagefile_read(const char *path, struct imagefile *image, struct 
 {
     struct image_source source = {.path = path};
     *image = (struct imagefile){
-        .path = path, .bytes = xmalloc(IMAGEFILE_BYTES), .is_given = xcalloc(IMAGEFILE_BYTES, 1)};
+        .path = path, .bytes = xmalloc(IMAGEFILE_BYTES), .is_present = xcalloc(IMAGEFILE_BYTES, 1)};
     memset(image->bytes, 0xff, IMAGEFILE_BYTES);
     enum mr_status status = read_source(&source, error);
     if (status == MR_OK && source.length >= SELFMAG && memcmp(source.bytes, ELFMAG, SELFMAG) == 0)
@@ -216,6 +216,6 @@ enum mr_status imagefile_read(const char *path, struct imagefile *image, struct 
 void imagefile_free(struct imagefile *image)
 {
     free(image->bytes);
-    free(image->is_given);
-    image->bytes = image->is_given = NULL;
+    free(image->is_present);
+    image->bytes = image->is_present = NULL;
 }

@@ -19,9 +19,9 @@
 
 struct imagefile {
     const char *path;
-    uint8_t *bytes;       /* IMAGEFILE_BYTES of flash, 0xff where the image has no data */
-    uint8_t *is_given;    /* 1: the image contains this byte */
-    uint32_t given_count; /* number of bytes that the image contains */
+    uint8_t *bytes;         /* IMAGEFILE_BYTES of flash, 0xff where the image has no data */
+    uint8_t *is_present;    /* 1: the image contains this byte */
+    uint32_t present_count; /* number of bytes that the image contains */
     bool has_header;
     struct mr_image header;
 };

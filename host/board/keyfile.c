@@ -26,8 +26,7 @@ static void keyfile_folder(char path[KEYFILE_PATH_SIZE])
         snprintf(path, KEYFILE_PATH_SIZE, "%s/.config/matrig", home);
 }
 
-static void keyfile_path_with_ending(const char *uid, const char *ending,
-                                     char path[KEYFILE_PATH_SIZE])
+static void keyfile_make_path(const char *uid, const char *ending, char path[KEYFILE_PATH_SIZE])
 {
     char in[KEYFILE_PATH_SIZE];
     keyfile_folder(in);
@@ -37,7 +36,7 @@ static void keyfile_path_with_ending(const char *uid, const char *ending,
 
 void keyfile_path(const char *uid, char path[KEYFILE_PATH_SIZE])
 {
-    keyfile_path_with_ending(uid, "", path);
+    keyfile_make_path(uid, "", path);
 }
 
 static int hex_digit(char c)
@@ -122,7 +121,7 @@ enum mr_status keyfile_generate(const char *uid, uint8_t key[MR_KEY_BYTES], stru
     text[KEY_DIGITS] = '\n';
     make_folder();
     keyfile_discard_new(uid);
-    keyfile_path_with_ending(uid, ".new", path);
+    keyfile_make_path(uid, ".new", path);
     int fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
     if (fd < 0)
         return set_write_error(path, error);
@@ -134,7 +133,7 @@ enum mr_status keyfile_generate(const char *uid, uint8_t key[MR_KEY_BYTES], stru
 enum mr_status keyfile_activate(const char *uid, struct error *error)
 {
     char from[KEYFILE_PATH_SIZE], to[KEYFILE_PATH_SIZE];
-    keyfile_path_with_ending(uid, ".new", from);
+    keyfile_make_path(uid, ".new", from);
     keyfile_path(uid, to);
     return rename(from, to) == 0 ? MR_OK : set_write_error(to, error);
 }
@@ -142,6 +141,6 @@ enum mr_status keyfile_activate(const char *uid, struct error *error)
 void keyfile_discard_new(const char *uid)
 {
     char path[KEYFILE_PATH_SIZE];
-    keyfile_path_with_ending(uid, ".new", path);
+    keyfile_make_path(uid, ".new", path);
     (void)unlink(path);
 }

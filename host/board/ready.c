@@ -52,7 +52,7 @@ void ready_add_check(struct ready_report *report, enum ready_verdict verdict, co
     va_end(arguments);
 }
 
-static enum ready_verdict verdict_for(bool good)
+static enum ready_verdict verdict_if(bool good)
 {
     return good ? READY_GO : READY_NO_GO;
 }
@@ -70,7 +70,7 @@ static void append_text(char *out, size_t size, const char *format, ...)
 
 enum ready_verdict ready_verdict(const struct ready_report *report)
 {
-    return verdict_for(report->count && !ready_count_checks(report, READY_NO_GO));
+    return verdict_if(report->count && !ready_count_checks(report, READY_NO_GO));
 }
 
 unsigned ready_count_checks(const struct ready_report *report, enum ready_verdict verdict)
@@ -103,11 +103,11 @@ static void print_check(const struct ready_check *c, unsigned columns, FILE *out
              c->limit[0] ? "]" : "");
     snprintf(head, sizeof head, "%-8s  %-17s ", ready_verdict_text(c->verdict), c->name);
     fputs(head, out);
-    wrap_print(text, strlen(head), VALUE_COLUMN, columns, out);
+    text_print_wrapped(text, strlen(head), VALUE_COLUMN, columns, out);
     if (!c->advice[0])
         return;
     fprintf(out, "%*s->", (int)VALUE_COLUMN, "");
-    wrap_print(c->advice, VALUE_COLUMN + 2, VALUE_COLUMN + 3, columns, out);
+    text_print_wrapped(c->advice, VALUE_COLUMN + 2, VALUE_COLUMN + 3, columns, out);
 }
 
 void ready_print(const struct ready_report *report, double took_s, unsigned columns, FILE *out)
@@ -130,7 +130,7 @@ void ready_print(const struct ready_report *report, double took_s, unsigned colu
                 report->count - no_go - open, report->count);
     if (open)
         append_text(text, sizeof text, ", %u not done", open);
-    wrap_print(text, 0, 0, columns, out);
+    text_print_wrapped(text, 0, 0, columns, out);
 }
 
 /* ---- calibration and certificates ---- */
@@ -141,7 +141,7 @@ static void write_channel_name(const struct mr_channel_config *channel, char out
              channel->number);
 }
 
-static void judge_calibration_days(const struct ready_facts *f, struct ready_report *report)
+static void check_calibration_dates(const struct ready_inputs *f, struct ready_report *report)
 {
     static const char limit[] = "expires_day after today";
     unsigned never = (unsigned)__builtin_popcount(config_text_undated_channels(&f->config)),
@@ -173,7 +173,7 @@ static void judge_calibration_days(const struct ready_facts *f, struct ready_rep
 }
 
 /* Checks the gains: older firmware may have stored a gain that is refused today. */
-static void judge_gains(const struct ready_facts *f, struct ready_report *report)
+static void check_gains(const struct ready_inputs *f, struct ready_report *report)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         const struct mr_channel_config *channel = &f->config.channel[i];
@@ -194,7 +194,7 @@ static void judge_gains(const struct ready_facts *f, struct ready_report *report
 
 /* Checks the bridge zeros. A zero is valid only for the temperature and the trim at which it was
  * measured. It must be measured before the landing, with the bands slack. */
-static void judge_zeros(const struct ready_facts *f, struct ready_report *report)
+static void check_zeros(const struct ready_inputs *f, struct ready_report *report)
 {
     char is[UNIT_TEXT_SIZE];
     unsigned gages = 0, measured = 0;
@@ -220,16 +220,17 @@ static void judge_zeros(const struct ready_facts *f, struct ready_report *report
                         unit_value_text(UNIT_TENSION, f->si, (double)worst_lb, 1, is));
 }
 
-static void judge_certificate(const struct ready_facts *f, unsigned i, const char *channel,
+static void check_certificate(const struct ready_inputs *f, unsigned i, const char *channel,
                               struct ready_report *report)
 {
     char name[20], text[CERTIFICATES_TEXT_SIZE];
     const struct store_certificate *certificate = &f->certificates.certificate[i];
-    enum certificate_state state = certificates_state(certificate, &f->config.channel[i], f->now_s);
+    enum certificate_state state = certificates_check_state(certificate, &f->config.channel[i],
+                                                            f->now_s);
     certificates_state_text(certificate, state, &f->config.channel[i], text);
     snprintf(name, sizeof name, "certificate %s", channel);
     ready_add_check(
-        report, verdict_for(state == CERTIFICATE_VALID), name, NULL,
+        report, verdict_if(state == CERTIFICATE_VALID), name, NULL,
         state == CERTIFICATE_OVERDUE
             ? "have the sensor calibrated, then run matrig calibrate CHANNEL --certificate"
             : "enter the certificate or the serial number of the fitted sensor",
@@ -237,7 +238,7 @@ static void judge_certificate(const struct ready_facts *f, unsigned i, const cha
         certificate->laboratory);
 }
 
-void ready_judge_certificates(const struct ready_facts *f, struct ready_report *report)
+void ready_check_certificates(const struct ready_inputs *f, struct ready_report *report)
 {
     unsigned without = 0, sensors = 0;
     char text[200] = "", name[8];
@@ -247,7 +248,7 @@ void ready_judge_certificates(const struct ready_facts *f, struct ready_report *
         sensors++;
         jump_channel_name(i, name);
         if (f->certificates.is_known[i])
-            judge_certificate(f, i, name, report);
+            check_certificate(f, i, name, report);
         else
             append_text(text, sizeof text, "%s%s", without++ ? ", " : "", name);
     }
@@ -258,7 +259,7 @@ void ready_judge_certificates(const struct ready_facts *f, struct ready_report *
 
 /* ---- image and configuration ---- */
 
-static void judge_image(const struct ready_facts *f, struct ready_report *report)
+static void check_image(const struct ready_inputs *f, struct ready_report *report)
 {
     const struct identity *id = &f->identity;
     char runs[MR_IMAGE_COMMIT_TEXT] = "unknown", why[200] = "", limit[80] = "";
@@ -266,10 +267,10 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
          compared = f->has_previous_landing && f->previous_image_crc != STORE_NONE;
     enum ready_verdict verdict = !whole ? READY_NO_GO
                                : f->image
-                                   ? verdict_for(identity_is_running(id, f->image, why, sizeof why))
+                                   ? verdict_if(identity_is_running(id, f->image, why, sizeof why))
                                : !compared
                                    ? READY_NOT_DONE
-                                   : verdict_for(f->previous_image_crc == (int64_t)id->image_crc);
+                                   : verdict_if(f->previous_image_crc == (int64_t)id->image_crc);
     if (id->commit_known)
         mr_image_commit_text(id->commit.commit, id->commit.commit_more, id->commit.changed != 0,
                              runs);
@@ -292,7 +293,7 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
 }
 
 /* Returns the configuration CRC that the board should report. */
-static uint32_t get_expected_crc(const struct ready_facts *f)
+static uint32_t get_expected_crc(const struct ready_inputs *f)
 {
     static uint8_t image[MR_CONFIG_IMAGE_BYTES];
     if (!f->expected_config)
@@ -302,7 +303,7 @@ static uint32_t get_expected_crc(const struct ready_facts *f)
     return mr_config_encode(&wanted, image);
 }
 
-static void judge_configuration(const struct ready_facts *f, struct ready_report *report)
+static void check_configuration(const struct ready_inputs *f, struct ready_report *report)
 {
     char limit[80] = "";
     bool compared = f->has_expected_crc ||
@@ -314,7 +315,7 @@ static void judge_configuration(const struct ready_facts *f, struct ready_report
         snprintf(limit, sizeof limit, "CRC %08x, as in RUN %lld", (unsigned)wanted,
                  (long long)f->previous_run);
     ready_add_check(
-        report, compared ? verdict_for(wanted == f->config_crc) : READY_NOT_DONE, "configuration",
+        report, compared ? verdict_if(wanted == f->config_crc) : READY_NOT_DONE, "configuration",
         limit,
         compared ? "send the right configuration with config set, or confirm this one with "
                    "--expect-config"
@@ -325,19 +326,19 @@ static void judge_configuration(const struct ready_facts *f, struct ready_report
 
 /* ---- clock ---- */
 
-static void judge_clock(const struct ready_facts *f, struct ready_report *report)
+static void check_board_clock(const struct ready_inputs *f, struct ready_report *report)
 {
     char limit[20];
     unsigned source = f->identity.hello.clock_source;
     const struct timemap_fit *t = &f->time_fit;
-    ready_add_check(report, verdict_for(source == 0), "clock", "crystal",
+    ready_add_check(report, verdict_if(source == 0), "clock", "crystal",
                     "speeds have 1 % error, CAN is silent: reset the board, or replace its crystal",
                     "%s", mr_clock_source_text(source));
     snprintf(limit, sizeof limit, "%.0f ppm", READY_CLOCK_ERROR_MAX_PPM);
     if (t->refusal == TIMEMAP_OK)
         ready_add_check(report,
-                        verdict_for(fabs(t->rate_ppm.value) - t->rate_ppm.half_width <=
-                                    READY_CLOCK_ERROR_MAX_PPM),
+                        verdict_if(fabs(t->rate_ppm.value) - t->rate_ppm.half_width <=
+                                   READY_CLOCK_ERROR_MAX_PPM),
                         "time of day", limit,
                         "check programs that set this computer's clock, and the board's crystal",
                         "board %+.0f +- %.0f ppm, from %zu messages",
@@ -348,18 +349,18 @@ static void judge_clock(const struct ready_facts *f, struct ready_report *report
                         timemap_refusal_text((unsigned)t->refusal));
 }
 
-static void judge_key(const struct ready_facts *f, struct ready_report *report)
+static void check_key(const struct ready_inputs *f, struct ready_report *report)
 {
     const struct identity *who = &f->identity;
-    ready_add_check(
-        report, !who->key_known ? READY_NOT_DONE : verdict_for(who->key.state != MR_KEY_DAMAGED),
-        "orders", NULL, "fit the maintenance jumper, run matrig board key new or clear", "%s",
-        who->key_known ? mr_key_state_text(who->key.state) : "not reported");
+    ready_add_check(report,
+                    !who->key_known ? READY_NOT_DONE : verdict_if(who->key.state != MR_KEY_DAMAGED),
+                    "orders", NULL, "fit the maintenance jumper, run matrig board key new or clear",
+                    "%s", who->key_known ? mr_key_state_text(who->key.state) : "not reported");
 }
 
 /* Checks the brown-out reset. The factory setting, off, is accepted, because supply dips are
  * rare. */
-static void judge_brown_out(const struct ready_facts *f, struct ready_report *report)
+static void check_brown_out(const struct ready_inputs *f, struct ready_report *report)
 {
     bool set = f->restarts.brown_out > 0;
     if (f->restarts_known)
@@ -403,17 +404,18 @@ void ready_summarize_channel(const struct mr_config *config, const struct mr_blo
 }
 
 /* Formats a value with its tolerance, for example "100 +- 25 lb". */
-static const char *format_tolerance(const struct ready_facts *f, float wanted_lb, float by_lb,
+static const char *format_tolerance(const struct ready_inputs *f, float wanted_lb, float by_lb,
                                     char out[UNIT_TEXT_SIZE])
 {
     char by[UNIT_TEXT_SIZE];
-    const struct unit *unit = unit_of(UNIT_TENSION, f->si);
+    const struct unit *unit = unit_get(UNIT_TENSION, f->si);
     snprintf(out, UNIT_TEXT_SIZE, "%.0f +- %.20s", (double)wanted_lb * unit->factor,
              unit_value_text(UNIT_TENSION, f->si, (double)by_lb, 0, by));
     return out;
 }
 
-static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_report *report)
+static void check_channel_readings(const struct ready_inputs *f, unsigned i,
+                                   struct ready_report *report)
 {
     const struct mr_channel_config *channel = &f->config.channel[i];
     const struct ready_channel *m = &f->channel[i];
@@ -449,7 +451,7 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
         unit_signed_text(UNIT_DISPLACEMENT, f->si, (double)m->mean, 4, is);
     else
         unit_value_text(UNIT_TENSION, f->si, (double)m->mean, 1, is);
-    ready_add_check(report, verdict_for(!off && !noisy), name, limit,
+    ready_add_check(report, verdict_if(!off && !noisy), name, limit,
                     !off         ? "noise: check its shield and ground"
                     : transducer ? "push the mat back, or measure the zero: matrig board zero 1"
                                  : "check the band (slack, uneven), then the zero of the gage",
@@ -457,7 +459,7 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
                     (double)m->noise_codes);
 }
 
-static void judge_band(const struct ready_facts *f, unsigned band, struct ready_report *report)
+static void check_band(const struct ready_inputs *f, unsigned band, struct ready_report *report)
 {
     float wanted_lb = f->config.band[band - 1].pretension_lb, sum = 0.0f;
     unsigned gages = 0;
@@ -474,14 +476,14 @@ static void judge_band(const struct ready_facts *f, unsigned band, struct ready_
     float mean = sum / (float)gages;
     snprintf(name, sizeof name, "band %u", band);
     ready_add_check(
-        report, verdict_for(fabsf(mean - wanted_lb) <= READY_PRETENSION_TOLERANCE * wanted_lb),
-        name, format_tolerance(f, wanted_lb, READY_PRETENSION_TOLERANCE * wanted_lb, limit),
+        report, verdict_if(fabsf(mean - wanted_lb) <= READY_PRETENSION_TOLERANCE * wanted_lb), name,
+        format_tolerance(f, wanted_lb, READY_PRETENSION_TOLERANCE * wanted_lb, limit),
         mean < wanted_lb ? "tension the band" : "slacken the band",
         "pretension %s, mean of %u gages",
         unit_value_text(UNIT_TENSION, f->si, (double)mean, 1, is), gages);
 }
 
-static void judge_shunts(const struct ready_facts *f, struct ready_report *report)
+static void check_shunts(const struct ready_inputs *f, struct ready_report *report)
 {
     static const char name[] = "shunt calibration";
     char text[READY_VALUE_SIZE - 40] = "", is[UNIT_TEXT_SIZE], of[UNIT_TEXT_SIZE];
@@ -523,12 +525,12 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
                           : "no earlier calibration is stored",
                  compared ? unit_signed_text(UNIT_TENSION, f->si, (double)worst, 3, is) : "",
                  compared ? " at most" : "");
-    ready_add_check(report, verdict_for(!bad), name, "1 % and three standard errors",
+    ready_add_check(report, verdict_if(!bad), name, "1 % and three standard errors",
                     "check this bridge and its amplifier; see matrig board shunt", "%s", text);
 }
 
 /* Checks that all switches are closed; an open switch adds its step to the staircase. */
-static void judge_switches(const struct ready_facts *f, struct ready_report *report)
+static void check_switches(const struct ready_inputs *f, struct ready_report *report)
 {
     const unsigned i = MR_TRANSDUCERS + MR_ADC1_STAIRCASE;
     uint16_t steps[MR_CONFIG_SWITCHES];
@@ -549,13 +551,13 @@ static void judge_switches(const struct ready_facts *f, struct ready_report *rep
         snprintf(text, sizeof text, "staircase %.1f codes from its zero: %s", codes,
                  level > 0.0f ? "switches are open" : "lower than possible");
     snprintf(limit, sizeof limit, "%.0f codes", (double)READY_STAIRCASE_MAX_CODES);
-    ready_add_check(report, verdict_for(closed), "switches", limit,
+    ready_add_check(report, verdict_if(closed), "switches", limit,
                     level > 0.0f ? "close all switches along the runway"
                                  : "check the wiring and supply of the staircase",
                     "%s", text);
 }
 
-static void judge_channels(const struct ready_facts *f, struct ready_report *report)
+static void check_channels(const struct ready_inputs *f, struct ready_report *report)
 {
     char limit[40];
     if (f->block_count == 0) {
@@ -564,23 +566,24 @@ static void judge_channels(const struct ready_facts *f, struct ready_report *rep
                         "no block records were received");
         return;
     }
-    snprintf(limit, sizeof limit, "%u or more, none lost", READY_BLOCKS_WANTED / 2);
+    snprintf(limit, sizeof limit, "%u or more, none lost", READY_BLOCKS_REQUESTED / 2);
     ready_add_check(
-        report, verdict_for(f->lost_block_count == 0 && f->block_count >= READY_BLOCKS_WANTED / 2),
+        report,
+        verdict_if(f->lost_block_count == 0 && f->block_count >= READY_BLOCKS_REQUESTED / 2),
         "readings", limit, "see matrig board health", "%u blocks checked, %u lost by the board",
         f->block_count, f->lost_block_count);
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         if (mr_channel_is_sensor(&f->config.channel[i]))
-            judge_channel(f, i, report);
+            check_channel_readings(f, i, report);
     }
     for (unsigned band = 1; band <= MR_CONFIG_BANDS; band++)
-        judge_band(f, band, report);
-    judge_switches(f, report);
+        check_band(f, band, report);
+    check_switches(f, report);
 }
 
 /* ---- black box and health ---- */
 
-static void judge_box(const struct ready_facts *f, struct ready_report *report)
+static void check_black_box(const struct ready_inputs *f, struct ready_report *report)
 {
     char wait[60] = "", limit[40];
     const struct mr_box_state *box = &f->box_state;
@@ -600,7 +603,7 @@ static void judge_box(const struct ready_facts *f, struct ready_report *report)
         snprintf(wait, sizeof wait, ", %.1f s until a landing may be armed", (double)box->wait_s);
     snprintf(limit, sizeof limit, "ready, %u sectors", box->reserve);
     ready_add_check(
-        report, verdict_for(box->state == MR_BOX_READY && box->wait_s == 0.0f), "black box", limit,
+        report, verdict_if(box->state == MR_BOX_READY && box->wait_s == 0.0f), "black box", limit,
         box->state != MR_BOX_READY && box->state != MR_BOX_LOOKING
             ? "check the memory on SPI2; if the board has none, set site.black_box = 0"
         : isnan(box->wait_s)
@@ -611,7 +614,7 @@ static void judge_box(const struct ready_facts *f, struct ready_report *report)
         wait, box->ready, f->box_space.bad, box->records);
 }
 
-static void judge_self_test(const struct ready_facts *f, struct ready_report *report)
+static void check_self_test(const struct ready_inputs *f, struct ready_report *report)
 {
     const unsigned lamp = (1u << MR_SELF_TEST_LAMP_ON) | (1u << MR_SELF_TEST_LAMP_OFF);
     char text[140] = "";
@@ -630,14 +633,14 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
         if (named >> i & 1u)
             append_text(text, sizeof text, "%s%s", text[0] ? ", " : "", mr_self_test_text(i));
     }
-    ready_add_check(report, verdict_for(!failed && !undone), "self-test", NULL,
+    ready_add_check(report, verdict_if(!failed && !undone), "self-test", NULL,
                     "see matrig board self-test and matrig board health", "%s: %s",
                     failed   ? "failed"
                     : undone ? "not tested"
                              : "good",
                     text);
     bool lit = (f->self_test.done & lamp) == lamp && !(f->self_test.failed & lamp);
-    ready_add_check(report, verdict_for(lit), "warning lamp", NULL,
+    ready_add_check(report, verdict_if(lit), "warning lamp", NULL,
                     "check lamp, fuse and driver on PE0; the read-back is PE3", "%s",
                     lit                                                 ? "lights and goes out"
                     : f->self_test.failed & 1u << MR_SELF_TEST_LAMP_ON  ? "does not light"
@@ -645,7 +648,7 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
                                                                         : "not tested");
 }
 
-static void judge_temperature(const struct ready_facts *f, struct ready_report *report)
+static void check_temperature(const struct ready_inputs *f, struct ready_report *report)
 {
     if (!f->config.site[0].thermometer)
         ready_add_check(report, READY_NOT_DONE, "thermometer", NULL, NULL,
@@ -660,14 +663,14 @@ static void judge_temperature(const struct ready_facts *f, struct ready_report *
                         "%s", f->temperature_known ? "no reading" : "not reported");
 }
 
-static void judge_faults(const struct ready_facts *f, struct ready_report *report)
+static void check_faults(const struct ready_inputs *f, struct ready_report *report)
 {
     char text[READY_VALUE_SIZE - 40] = "";
     unsigned rising = 0, count = 0;
     bool rises[MR_FAULT_COUNT];
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
         /* the self-test and the channels have checks of their own */
-        rises[i] = f->fault_rise[i] && i != MR_FAULT_SELFTEST && i != MR_FAULT_CHANNEL;
+        rises[i] = f->fault_increase[i] && i != MR_FAULT_SELFTEST && i != MR_FAULT_CHANNEL;
         count += f->fault[i].count != 0;
         rising += rises[i];
     }
@@ -675,7 +678,7 @@ static void judge_faults(const struct ready_facts *f, struct ready_report *repor
         if (f->fault[i].count && (!rising || rises[i]))
             append_text(text, sizeof text, "%s%s", text[0] ? "; " : "", mr_fault_text(i));
     }
-    ready_add_check(report, verdict_for(!rising), "faults", "no present fault",
+    ready_add_check(report, verdict_if(!rising), "faults", "no present fault",
                     "see matrig board health", "%s%s",
                     rising  ? "present: "
                     : count ? "none present; since reset: "
@@ -685,7 +688,7 @@ static void judge_faults(const struct ready_facts *f, struct ready_report *repor
 
 /* ---- links and computer ---- */
 
-static void judge_can(const struct ready_facts *f, struct ready_report *report)
+static void check_can(const struct ready_inputs *f, struct ready_report *report)
 {
     const uint32_t *serial = f->identity.uid, *can = f->board_on_can.uid;
     char uid[IDENTITY_UID_SIZE], own[IDENTITY_UID_SIZE];
@@ -713,8 +716,8 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
     bool kept_silent = f->alarm_known ? f->alarm.state == MR_CAN_SILENT
                                       : f->identity.hello.clock_source != 0;
     ready_add_check(report,
-                    verdict_for(f->alarm_known && f->alarm.state == MR_CAN_GOOD &&
-                                f->can_frames > 0 && f->can_lost == 0 && f->can_dropped == 0),
+                    verdict_if(f->alarm_known && f->alarm.state == MR_CAN_GOOD &&
+                               f->can_frames > 0 && f->can_lost == 0 && f->can_dropped == 0),
                     "CAN", "good, none lost",
                     kept_silent ? "the board keeps CAN silent until its clock is exact: see clock"
                     : f->can_frames == 0 ? "check connector, terminators and bit rate"
@@ -723,17 +726,17 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
                     (long long)f->can_frames, (long long)f->can_lost, (long long)f->can_dropped);
 }
 
-static void judge_computer(const struct ready_facts *f, struct ready_report *report)
+static void check_computer(const struct ready_inputs *f, struct ready_report *report)
 {
     char limit[40];
     double wanted = READY_FREE_LANDINGS_MIN * f->landing_bytes;
     snprintf(limit, sizeof limit, "%.0f MB: %.0f landings", wanted / BYTES_PER_MB,
              READY_FREE_LANDINGS_MIN);
-    ready_add_check(report, verdict_for(f->free_bytes >= wanted), "disk", limit,
+    ready_add_check(report, verdict_if(f->free_bytes >= wanted), "disk", limit,
                     "free space on the disk of the campaign, or use a different disk",
                     "%.0f MB free, a landing needs %.1f MB", f->free_bytes / BYTES_PER_MB,
                     f->landing_bytes / BYTES_PER_MB);
-    ready_add_check(report, verdict_for(!f->database_fault[0]), "database", NULL,
+    ready_add_check(report, verdict_if(!f->database_fault[0]), "database", NULL,
                     "check access rights and programs that write; otherwise begin a new campaign",
                     "%s",
                     f->database_fault[0]  ? f->database_fault
@@ -741,32 +744,32 @@ static void judge_computer(const struct ready_facts *f, struct ready_report *rep
                                           : "writable; too large to be checked in time");
 }
 
-void ready_judge(const struct ready_facts *f, struct ready_report *report)
+void ready_check_all(const struct ready_inputs *f, struct ready_report *report)
 {
     char uid[IDENTITY_UID_SIZE];
     report->count = 0;
     identity_uid_text(&f->identity, uid);
     ready_add_check(report, READY_GO, "board", NULL, NULL, "%s, idle", uid);
-    judge_image(f, report);
-    judge_configuration(f, report);
-    judge_calibration_days(f, report);
-    judge_gains(f, report);
-    ready_judge_certificates(f, report);
-    judge_clock(f, report);
-    judge_key(f, report);
-    judge_brown_out(f, report);
-    judge_channels(f, report);
-    judge_zeros(f, report);
-    judge_shunts(f, report);
-    judge_box(f, report);
-    judge_self_test(f, report);
-    judge_temperature(f, report);
-    judge_faults(f, report);
-    judge_can(f, report);
-    ready_add_check(report, verdict_for(!f->serial_lost && !f->serial_dropped), "serial",
+    check_image(f, report);
+    check_configuration(f, report);
+    check_calibration_dates(f, report);
+    check_gains(f, report);
+    ready_check_certificates(f, report);
+    check_board_clock(f, report);
+    check_key(f, report);
+    check_brown_out(f, report);
+    check_channels(f, report);
+    check_zeros(f, report);
+    check_shunts(f, report);
+    check_black_box(f, report);
+    check_self_test(f, report);
+    check_temperature(f, report);
+    check_faults(f, report);
+    check_can(f, report);
+    ready_add_check(report, verdict_if(!f->serial_lost && !f->serial_dropped), "serial",
                     "none lost", "check the cable and the load of this computer",
                     "%lld frames, %lld lost, %lld dropped by the board",
                     (long long)f->serial_frames, (long long)f->serial_lost,
                     (long long)f->serial_dropped);
-    judge_computer(f, report);
+    check_computer(f, report);
 }

@@ -37,7 +37,7 @@
 /* number of landings for which there must be room on the disk */
 #define READY_FREE_LANDINGS_MIN         10.0
 /* number of block records that are awaited for the check of a channel */
-#define READY_BLOCKS_WANTED             100u
+#define READY_BLOCKS_REQUESTED          100u
 #define READY_BLOCKS_MAX                256u
 
 enum ready_verdict { READY_GO, READY_NO_GO, READY_NOT_DONE };
@@ -66,7 +66,7 @@ struct ready_channel {
     float noise_codes; /* standard deviation within a block; NaN: fewer than two blocks */
 };
 
-struct ready_facts {
+struct ready_inputs {
     /* What is checked, and the values it is compared with. */
     uint32_t today_day; /* days since 1970-01-01 */
     int64_t now_s;      /* Unix time */
@@ -126,17 +126,17 @@ struct ready_facts {
     uint16_t can_base;
     struct identity board_on_can; /* identity of the board on CAN; uid 0: not identified */
     int64_t serial_frames, serial_lost, serial_dropped;
-    struct mr_fault fault[MR_FAULT_COUNT]; /* faults of the board; count 0: none since reset */
-    uint16_t fault_rise[MR_FAULT_COUNT];   /* increase of the counts during the check */
+    struct mr_fault fault[MR_FAULT_COUNT];   /* faults of the board; count 0: none since reset */
+    uint16_t fault_increase[MR_FAULT_COUNT]; /* increase of the counts during the check */
 };
 
 /* Computes the readings of channel `c` from `count` block records. */
 void ready_summarize_channel(const struct mr_config *config, const struct mr_block *blocks,
                              unsigned count, unsigned c, struct ready_channel *channel);
 
-void ready_judge(const struct ready_facts *facts, struct ready_report *report);
+void ready_check_all(const struct ready_inputs *facts, struct ready_report *report);
 /* Makes the checks of the sensors' certificates, and no others. */
-void ready_judge_certificates(const struct ready_facts *facts, struct ready_report *report);
+void ready_check_certificates(const struct ready_inputs *facts, struct ready_report *report);
 /* Returns the overall verdict, which is no-go if any check is no-go. */
 enum ready_verdict ready_verdict(const struct ready_report *report);
 unsigned ready_count_checks(const struct ready_report *report, enum ready_verdict verdict);
@@ -157,7 +157,7 @@ json_t *ready_json(const struct ready_report *report);
  * idle, reads its configuration and requests the other facts. Facts that do not arrive stay
  * unknown. CAN messages are read at the same time if the dialogue has a CAN link. Statuses as
  * config_client_begin_and_get. */
-enum mr_status ready_request_facts(struct dialogue *dialogue, double limit_s,
-                                   struct ready_facts *facts, struct error *error);
+enum mr_status ready_query_inputs(struct dialogue *dialogue, double limit_s,
+                                  struct ready_inputs *facts, struct error *error);
 
 #endif

@@ -7,8 +7,8 @@
 
 #include "common/channels.h"
 
-const char *const walk_kind_names[WALK_KIND_COUNT] = {"switch", "transducer", "gage"};
-static const char *const kind_verbs[WALK_KIND_COUNT] = {"tripped", "pushed", "pulled"};
+const char *const walk_item_kind_names[WALK_ITEM_KIND_COUNT] = {"switch", "transducer", "gage"};
+static const char *const item_kind_verbs[WALK_ITEM_KIND_COUNT] = {"tripped", "pushed", "pulled"};
 
 /* ---- movements ---- */
 
@@ -74,7 +74,7 @@ unsigned walk_motion_add(struct walk_motion *motion, const float *value)
 
 /* ---- responses ---- */
 
-void walk_start(struct walk *walk, const struct mr_config *config)
+void walk_start(struct walk_test *walk, const struct mr_config *config)
 {
     memset(walk, 0, sizeof *walk);
     walk->config = config;
@@ -82,7 +82,7 @@ void walk_start(struct walk *walk, const struct mr_config *config)
     walk_motion_start(&walk->gages, MR_GAGES, WALK_PULL_MIN_LB);
 }
 
-static bool is_fitted(const struct walk *walk, enum walk_kind kind, unsigned n)
+static bool is_installed(const struct walk_test *walk, enum walk_item_kind kind, unsigned n)
 {
     unsigned first = kind == WALK_GAGE ? MR_TRANSDUCERS : 0,
              count = kind == WALK_GAGE ? MR_GAGES : MR_TRANSDUCERS;
@@ -95,15 +95,16 @@ static bool is_fitted(const struct walk *walk, enum walk_kind kind, unsigned n)
     return false;
 }
 
-static unsigned count_fitted(const struct walk *walk, enum walk_kind kind)
+static unsigned count_installed(const struct walk_test *walk, enum walk_item_kind kind)
 {
     unsigned count = 0;
     for (unsigned n = 1; n <= WALK_ITEMS_MAX; n++)
-        count += is_fitted(walk, kind, n);
+        count += is_installed(walk, kind, n);
     return count;
 }
 
-static bool add_response(struct walk *walk, enum walk_kind kind, struct walk_response answer)
+static bool add_response(struct walk_test *walk, enum walk_item_kind kind,
+                         struct walk_response answer)
 {
     if (walk->response_count[kind] == WALK_RESPONSES_MAX)
         return false;
@@ -111,7 +112,7 @@ static bool add_response(struct walk *walk, enum walk_kind kind, struct walk_res
     return true;
 }
 
-bool walk_add_edge(struct walk *walk, const struct mr_edge *edge)
+bool walk_add_edge(struct walk_test *walk, const struct mr_edge *edge)
 {
     if (!((double)edge->step_codes >= MR_CONFIG_STEP_MIN_CODES))
         return false;
@@ -121,7 +122,7 @@ bool walk_add_edge(struct walk *walk, const struct mr_edge *edge)
                                                .step_codes = (double)edge->step_codes});
 }
 
-void walk_add_event(struct walk *walk, const struct mr_switch_event *event)
+void walk_add_event(struct walk_test *walk, const struct mr_switch_event *event)
 {
     unsigned *count = &walk->response_count[WALK_SWITCH];
     if (event->reason == MR_SWITCH_BOUNCE && *count &&
@@ -132,7 +133,8 @@ void walk_add_event(struct walk *walk, const struct mr_switch_event *event)
                                     event->reason == MR_SWITCH_TOO_NEAR;
 }
 
-bool walk_add_reading(struct walk *walk, const struct mr_block *block, enum walk_kind *kind)
+bool walk_add_reading(struct walk_test *walk, const struct mr_block *block,
+                      enum walk_item_kind *kind)
 {
     const struct mr_channel_config *channel = walk->config->channel;
     float value[MR_TRANSDUCERS + MR_GAGES],
@@ -156,15 +158,15 @@ bool walk_add_reading(struct walk *walk, const struct mr_block *block, enum walk
 /* ---- the table ---- */
 
 /* Lists the fitted switches or gages in the order of their first response. */
-static unsigned list_in_response_order(const struct walk *walk, enum walk_kind kind,
-                                       unsigned order[WALK_ITEMS_MAX])
+static unsigned sort_by_response(const struct walk_test *walk, enum walk_item_kind kind,
+                                 unsigned order[WALK_ITEMS_MAX])
 {
     unsigned count = 0;
     for (unsigned i = 0; i < walk->response_count[kind]; i++) {
         unsigned n = walk->response[kind][i].number, k = 0;
         while (k < count && order[k] != n)
             k++;
-        if (k == count && count < WALK_ITEMS_MAX && is_fitted(walk, kind, n))
+        if (k == count && count < WALK_ITEMS_MAX && is_installed(walk, kind, n))
             order[count++] = n;
     }
     return count;
@@ -180,24 +182,24 @@ static int compare_numbers_descending(const void *a, const void *b)
     return compare_numbers(b, a);
 }
 
-bool walk_is_complete(const struct walk *walk)
+bool walk_is_complete(const struct walk_test *walk)
 {
     unsigned order[WALK_ITEMS_MAX];
-    for (enum walk_kind kind = 0; kind < WALK_KIND_COUNT; kind++) {
-        if (list_in_response_order(walk, kind, order) < count_fitted(walk, kind))
+    for (enum walk_item_kind kind = 0; kind < WALK_ITEM_KIND_COUNT; kind++) {
+        if (sort_by_response(walk, kind, order) < count_installed(walk, kind))
             return false;
     }
     return true;
 }
 
-static void judge_item(enum walk_kind kind, unsigned n, bool answered, unsigned meant,
+static void check_item(enum walk_item_kind kind, unsigned n, bool answered, unsigned meant,
                        struct ready_report *report)
 {
     char name[20];
-    snprintf(name, sizeof name, "%s %u", walk_kind_names[kind], n);
+    snprintf(name, sizeof name, "%s %u", walk_item_kind_names[kind], n);
     char advice[160];
     snprintf(advice, sizeof advice, "%s %s%s", answered ? "if they were" : "if it was",
-             kind_verbs[kind],
+             item_kind_verbs[kind],
              answered ? " in that order, swap their leads, or their numbers in the configuration"
                       : ", check its wiring and contact");
     if (answered)
@@ -207,14 +209,14 @@ static void judge_item(enum walk_kind kind, unsigned n, bool answered, unsigned 
         ready_add_check(report, READY_NO_GO, name, "responds once", advice, "did not respond");
 }
 
-static void judge_kind(const struct walk *walk, enum walk_kind kind, struct ready_report *report)
+static void check_item_kind(const struct walk_test *walk, enum walk_item_kind kind,
+                            struct ready_report *report)
 {
     unsigned order[WALK_ITEMS_MAX], meant[WALK_ITEMS_MAX],
-        down = 0, count = list_in_response_order(walk, kind, order),
-        fitted = count_fitted(walk, kind);
+        down = 0, count = sort_by_response(walk, kind, order), fitted = count_installed(walk, kind);
     unsigned before = report->count;
     char name[20];
-    snprintf(name, sizeof name, "%s walk", walk_kind_names[kind]);
+    snprintf(name, sizeof name, "%s walk", walk_item_kind_names[kind]);
     if (!fitted)
         return;
     if (!count) {
@@ -231,17 +233,17 @@ static void judge_kind(const struct walk *walk, enum walk_kind kind, struct read
         unsigned i = 0;
         while (i < count && order[i] != n)
             i++;
-        if (is_fitted(walk, kind, n) && (i == count || meant[i] != n))
-            judge_item(kind, n, i < count, i < count ? meant[i] : 0, report);
+        if (is_installed(walk, kind, n) && (i == count || meant[i] != n))
+            check_item(kind, n, i < count, i < count ? meant[i] : 0, report);
     }
     if (report->count == before)
         ready_add_check(report, READY_GO, name, NULL, NULL, "all %u responded, in order", fitted);
 }
 
-void walk_judge(const struct walk *walk, struct ready_report *report)
+void walk_check_responses(const struct walk_test *walk, struct ready_report *report)
 {
-    for (enum walk_kind kind = 0; kind < WALK_KIND_COUNT; kind++)
-        judge_kind(walk, kind, report);
+    for (enum walk_item_kind kind = 0; kind < WALK_ITEM_KIND_COUNT; kind++)
+        check_item_kind(walk, kind, report);
     if (walk->unexpected_event_count)
         ready_add_check(
             report, READY_NO_GO, "edges", NULL,

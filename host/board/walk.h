@@ -25,8 +25,8 @@
 #define WALK_PUSH_MIN_IN   0.05f
 #define WALK_PULL_MIN_LB   5.0f
 
-enum walk_kind { WALK_SWITCH, WALK_TRANSDUCER, WALK_GAGE, WALK_KIND_COUNT };
-extern const char *const walk_kind_names[WALK_KIND_COUNT];
+enum walk_item_kind { WALK_SWITCH, WALK_TRANSDUCER, WALK_GAGE, WALK_ITEM_KIND_COUNT };
+extern const char *const walk_item_kind_names[WALK_ITEM_KIND_COUNT];
 
 /* Detection of movements by hand. The channel that moved most is the intended one. */
 struct walk_motion {
@@ -48,21 +48,22 @@ struct walk_response {
     uint8_t edge_count; /* number of the edge by the board's count */
     double step_codes;  /* voltage step of the edge, in codes */
 };
-struct walk {
+struct walk_test {
     const struct mr_config *config;
-    struct walk_response response[WALK_KIND_COUNT][WALK_RESPONSES_MAX];
-    unsigned response_count[WALK_KIND_COUNT], unexpected_event_count;
+    struct walk_response response[WALK_ITEM_KIND_COUNT][WALK_RESPONSES_MAX];
+    unsigned response_count[WALK_ITEM_KIND_COUNT], unexpected_event_count;
     struct walk_motion transducers, gages;
     bool is_gage_disturbed; /* a gage moved while a transducer was pushed: the push caused it */
 };
-void walk_start(struct walk *walk, const struct mr_config *config);
+void walk_start(struct walk_test *walk, const struct mr_config *config);
 /* The walk_add functions add data of the board. They return true if an item answered;
  * walk_add_reading sets `kind` to its kind. */
-bool walk_add_edge(struct walk *walk, const struct mr_edge *edge);
-void walk_add_event(struct walk *walk, const struct mr_switch_event *event);
-bool walk_add_reading(struct walk *walk, const struct mr_block *block, enum walk_kind *kind);
+bool walk_add_edge(struct walk_test *walk, const struct mr_edge *edge);
+void walk_add_event(struct walk_test *walk, const struct mr_switch_event *event);
+bool walk_add_reading(struct walk_test *walk, const struct mr_block *block,
+                      enum walk_item_kind *kind);
 /* True if all fitted items answered. */
-bool walk_is_complete(const struct walk *walk);
-void walk_judge(const struct walk *walk, struct ready_report *report);
+bool walk_is_complete(const struct walk_test *walk);
+void walk_check_responses(const struct walk_test *walk, struct ready_report *report);
 
 #endif

@@ -71,12 +71,12 @@ void jump_mistake_hint(const struct mr_channel_config *channel, char *out, size_
     const enum unit_kind kind = channel->kind == MR_KIND_DISPLACEMENT ? UNIT_DISPLACEMENT
                                                                       : UNIT_TENSION;
     double gain = fabs((double)mr_channel_gain(channel)), nearest = HUGE_VAL;
-    const char *own = unit_of(kind, false)->text;
+    const char *own = unit_get(kind, false)->text;
     const struct unit_word *unit;
     out[0] = '\0';
     if (compute_gain_distance(&limits, gain) < HUGE_VAL)
         return;
-    for (size_t i = 0; (unit = unit_word_at(i)); i++) {
+    for (size_t i = 0; (unit = unit_word_get(i)); i++) {
         if (unit->kind != kind)
             continue;
         double other = compute_gain_distance(&limits, quantity_convert(gain, unit->word, own));

@@ -102,7 +102,8 @@ static enum mr_status read_header(struct reader *r, const char *left, const char
 bool calibrate_value_parse(const char *text, enum unit_kind kind, const struct unit_word *plain,
                            double *value, struct quantity_error *wrong)
 {
-    return quantity_parse(text, unit_of(kind, false)->text, plain ? plain->word : "", value, wrong);
+    return quantity_parse(text, unit_get(kind, false)->text, plain ? plain->word : "", value,
+                          wrong);
 }
 
 static bool read_code(const char *text, double *code)
@@ -141,7 +142,7 @@ static enum mr_status read_point(struct reader *r, const char *left, const char 
 
 static enum mr_status read_line(struct reader *r, char *line)
 {
-    line += r->line == 1 ? utf8_mark_length(line, strlen(line)) : 0;
+    line += r->line == 1 ? utf8_bom_length(line, strlen(line)) : 0;
     line += strspn(line, BLANKS);
     if (line[0] == '\0' || line[0] == '#')
         return MR_OK;
@@ -169,7 +170,7 @@ enum mr_status calibrate_points_read(const char *path, enum unit_kind kind,
     enum mr_status status = MR_OK;
     *points = (struct calibrate_points){.count = 0};
     struct reader r = {.path = path, .kind = kind, .points = points, .error = error};
-    if (output_check_kind(path, "file of points", error) != MR_OK)
+    if (output_check_file_format(path, "file of points", error) != MR_OK)
         return error->status;
     FILE *file = fopen(path, "r");
     if (!file)

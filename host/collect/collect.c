@@ -17,11 +17,11 @@ enum mr_status collector_open(struct store *store, const char *can_spec, uint16_
     made->store = store;
     made->can_base = can_base;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
-        struct link_side *side = &made->side[kind];
+        struct link_state *side = &made->side[kind];
         side->kind = (enum link_kind)kind;
         side->link_spec = kind == LINK_CAN ? can_spec : serial_spec;
         side->has_ended = !side->link_spec;
-        account_start(&side->account, side->kind);
+        loss_tracker_start(&side->loss_tracker, side->kind);
         mr_deframer_init(&side->deframer);
     }
     made->reported.identity.image_crc = STORE_NONE;
@@ -90,17 +90,17 @@ void collector_set_own_commands(struct collector *collector, struct collector_ow
 
 bool collector_pop_answer(struct collector *collector, struct collector_answer *answer)
 {
-    if (collector->answers_read == collector->answer_count)
+    if (collector->answers_read == collector->answer_add_count)
         return false;
-    if (collector->answer_count - collector->answers_read > COLLECT_ANSWERS_MAX)
-        collector->answers_read = collector->answer_count - COLLECT_ANSWERS_MAX;
+    if (collector->answer_add_count - collector->answers_read > COLLECT_ANSWERS_MAX)
+        collector->answers_read = collector->answer_add_count - COLLECT_ANSWERS_MAX;
     *answer = collector->answer[collector->answers_read++ % COLLECT_ANSWERS_MAX];
     return true;
 }
 
 /* Stores one event for each kind of link fault, with the number of occurrences since the last such
  * event. */
-static enum mr_status record_link_faults(struct collector *collector, struct link_side *side,
+static enum mr_status record_link_faults(struct collector *collector, struct link_state *side,
                                          struct error *error)
 {
     enum mr_status status = MR_OK;
@@ -126,22 +126,22 @@ static enum mr_status record_link_faults(struct collector *collector, struct lin
 }
 
 /* Discards a partial frame, because data received after a reconnection does not continue it. */
-static void discard_partial_frame(struct link_side *side)
+static void discard_partial_frame(struct link_state *side)
 {
     if (side->deframer.length > 0)
-        side->account.counts.bad++;
+        side->loss_tracker.counts.bad++;
     mr_deframer_init(&side->deframer);
 }
 
-enum mr_status collector_account_link_faults(struct collector *collector, enum link_kind kind,
-                                             const struct link_counters *counters,
-                                             struct error *error)
+enum mr_status collector_count_link_faults(struct collector *collector, enum link_kind kind,
+                                           const struct link_counters *counters,
+                                           struct error *error)
 {
-    struct link_side *side = &collector->side[kind];
+    struct link_state *side = &collector->side[kind];
     int64_t run = side->current_landing ? side->current_landing->row.id : STORE_NONE;
     enum mr_status status = MR_OK;
     if (kind == LINK_CAN)
-        side->account.counts.bad = (int64_t)counters->bad_lines;
+        side->loss_tracker.counts.bad = (int64_t)counters->bad_lines;
     if (side->has_pending_faults && side->pending_faults_run != run)
         status = record_link_faults(collector, side, error);
     for (unsigned i = 0; i < LINK_FAULT_COUNT && status == MR_OK; i++) {
@@ -159,7 +159,7 @@ enum mr_status collector_account_link_faults(struct collector *collector, enum l
         side->pending_faults[i] += more;
         if (i == LINK_BACK)
             discard_partial_frame(side);
-        account_add_link_fault(&side->account, (enum link_fault)i, (int64_t)more);
+        loss_tracker_add_link_fault(&side->loss_tracker, (enum link_fault)i, (int64_t)more);
     }
     return status;
 }
@@ -174,7 +174,7 @@ enum mr_status collector_handle_clock_jump(struct collector *collector, int64_t 
                                 .kind = "clock-set",
                                 .value = jump_us};
     for (int kind = 0; kind < LINK_KINDS; kind++) {
-        struct link_side *side = &collector->side[kind];
+        struct link_state *side = &collector->side[kind];
         if (side->current_landing)
             event.run = side->current_landing->row.id;
         collect_discard_time_map(side);
@@ -185,18 +185,18 @@ enum mr_status collector_handle_clock_jump(struct collector *collector, int64_t 
 enum mr_status collector_end_link(struct collector *collector, enum link_kind kind,
                                   struct error *error)
 {
-    struct link_side *side = &collector->side[kind];
+    struct link_state *side = &collector->side[kind];
     if (side->has_ended)
         return MR_OK;
     enum mr_status status = collect_release_held_frames(collector, side, error);
     side->has_ended = true;
-    account_end(&side->account);
+    loss_tracker_end(&side->loss_tracker);
     if (status == MR_OK)
         status = collect_store_gaps(collector, side, error);
     if (status == MR_OK)
         status = collect_finish_ended_landings(collector, error);
     if (status == MR_OK && kind == LINK_SERIAL && side->deframer.length > 0) {
-        side->account.counts.bad++;
+        side->loss_tracker.counts.bad++;
         status = error_set(error, MR_TRUNCATED,
                            "the link ended inside a frame: %s; the frames before it are stored",
                            side->link_spec);
@@ -208,11 +208,11 @@ enum mr_status collector_end(struct collector *collector, const char *ended_by, 
 {
     enum mr_status status = MR_OK;
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
-        struct link_side *side = &collector->side[kind];
+        struct link_state *side = &collector->side[kind];
         if (!side->has_ended) {
             status = collect_release_held_frames(collector, side, error);
             side->has_ended = true;
-            account_end(&side->account);
+            loss_tracker_end(&side->loss_tracker);
             if (status == MR_OK)
                 status = collect_store_gaps(collector, side, error);
         }
@@ -236,15 +236,15 @@ enum mr_status collector_store_counts(struct collector *collector, struct error 
 {
     enum mr_status status = MR_OK;
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
-        struct link_side *side = &collector->side[kind];
+        struct link_state *side = &collector->side[kind];
         if (side->link_spec)
             status = store_link_put(collector->store, collector->session, kind,
-                                    &side->account.counts, error);
+                                    &side->loss_tracker.counts, error);
         for (unsigned place = 0; place < MR_MESSAGE_COUNT && status == MR_OK; place++) {
-            if (side->account.missing_count[place])
+            if (side->loss_tracker.missing_count[place])
                 status = store_missing_put(collector->store, collector->session, kind,
                                            mr_message_name(place),
-                                           side->account.missing_count[place], error);
+                                           side->loss_tracker.missing_count[place], error);
         }
         if (status == MR_OK)
             status = record_link_faults(collector, side, error);
@@ -254,8 +254,8 @@ enum mr_status collector_store_counts(struct collector *collector, struct error 
 
 enum link_kind collector_get_lagging_link(const struct collector *collector)
 {
-    const struct link_side *can = &collector->side[LINK_CAN],
-                           *serial = &collector->side[LINK_SERIAL];
+    const struct link_state *can = &collector->side[LINK_CAN],
+                            *serial = &collector->side[LINK_SERIAL];
     bool can_behind = can->boot == serial->boot
                         ? collect_newest_block(can) <= collect_newest_block(serial)
                         : can->boot < serial->boot;
@@ -276,7 +276,7 @@ int64_t collector_pop_finished_run(struct collector *collector)
 static void report_other_board_on_can(const struct collector *collector,
                                       struct collector_progress *progress)
 {
-    const struct link_side *can = &collector->side[LINK_CAN];
+    const struct link_state *can = &collector->side[LINK_CAN];
     progress->is_other_board_on_can = collector->reported.uid_from_serial && !can->own_board_seen &&
                                       can->other_board_message_count >=
                                           COLLECT_OTHER_BOARD_MESSAGES_MIN;
@@ -298,12 +298,12 @@ void collector_get_progress(const struct collector *collector, struct collector_
         .key = reported->key_known ? &reported->key : NULL,
         .nonce = reported->nonce_known ? reported->nonce : NULL,
         .uid = reported->uid,
-        .frames_before_log = collector->side[LINK_CAN].account.frames_before_log};
+        .frames_before_log = collector->side[LINK_CAN].loss_tracker.frames_before_log};
     report_other_board_on_can(collector, progress);
     for (int kind = 0; kind < LINK_KINDS; kind++) {
-        const struct link_side *side = &collector->side[kind];
-        progress->counts[kind] = side->account.counts;
-        memcpy(progress->missing_count[kind], side->account.missing_count,
+        const struct link_state *side = &collector->side[kind];
+        progress->counts[kind] = side->loss_tracker.counts;
+        memcpy(progress->missing_count[kind], side->loss_tracker.missing_count,
                sizeof progress->missing_count[kind]);
         if (collect_newest_block(side) > progress->newest_block)
             progress->newest_block = collect_newest_block(side);
@@ -348,17 +348,18 @@ void collector_set_store(struct collector *collector, struct store *store)
     collector->store = store;
 }
 
-enum mr_status collector_reopen(const struct collector *before, struct store *store, bool whole,
-                                bool goes_on, struct collector **collector, struct error *error)
+enum mr_status collector_reopen(const struct collector *before, struct store *store,
+                                bool has_all_data, bool continues_frame,
+                                struct collector **collector, struct error *error)
 {
     enum mr_status status = collector_open(store, before->side[LINK_CAN].link_spec,
                                            before->can_base, before->side[LINK_SERIAL].link_spec,
                                            collector, error);
     if (status == MR_OK)
         (*collector)->own_commands = before->own_commands;
-    if (status == MR_OK && !whole)
+    if (status == MR_OK && !has_all_data)
         (*collector)->reported = before->reported;
-    for (int kind = 0; status == MR_OK && goes_on && kind < LINK_KINDS; kind++)
+    for (int kind = 0; status == MR_OK && continues_frame && kind < LINK_KINDS; kind++)
         (*collector)->side[kind].deframer = before->side[kind].deframer;
     return status;
 }

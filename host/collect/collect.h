@@ -45,9 +45,9 @@ enum mr_status collector_receive_bytes(struct collector *collector, const uint8_
                                        size_t length, uint64_t host_us, struct error *error);
 /* Reads the error counters of a link; new errors are recorded at the next collector_store_counts.
  * Call it before passing in data that was received after the errors. */
-enum mr_status collector_account_link_faults(struct collector *collector, enum link_kind kind,
-                                             const struct link_counters *counters,
-                                             struct error *error);
+enum mr_status collector_count_link_faults(struct collector *collector, enum link_kind kind,
+                                           const struct link_counters *counters,
+                                           struct error *error);
 /* Handles a change of this computer's clock by `jump_us`: records an event `clock-set` and starts a
  * new estimate of the offset between the board's clock and this computer's. */
 enum mr_status collector_handle_clock_jump(struct collector *collector, int64_t jump_us,
@@ -67,12 +67,13 @@ void collector_restore_state(struct collector *collector);
 /* Continues with another store, which contains everything that was committed to the previous one.
  * Call it between two transactions. */
 void collector_set_store(struct collector *collector, struct store *store);
-/* Opens a new session of the same links in another store. `whole`: all data since the beginning is
- * passed in again; otherwise the session starts with the identity and state that the board has
- * reported so far. `goes_on`: no data is passed in again, and the session starts within the frame
- * in which the previous one ended. */
-enum mr_status collector_reopen(const struct collector *before, struct store *store, bool whole,
-                                bool goes_on, struct collector **collector, struct error *error);
+/* Opens a new session of the same links in another store. `has_all_data`: all data since the
+ * beginning is passed in again; otherwise the session starts with the identity and state that the
+ * board has reported so far. `continues_frame`: no data is passed in again, and the session starts
+ * within the frame in which the previous one ended. */
+enum mr_status collector_reopen(const struct collector *before, struct store *store,
+                                bool has_all_data, bool continues_frame,
+                                struct collector **collector, struct error *error);
 /* Ends the session: landings in progress end in their current state, and suspected losses are
  * counted. `ended_by`: "end", "time", "signal", ... */
 enum mr_status collector_end(struct collector *collector, const char *ended_by,

@@ -11,7 +11,7 @@
 /* Rejects a message of a board other than the known one. On serial this ends the log. On CAN the
  * message may come from another node. The log ends only if several such messages arrive in a row
  * after serial, which could identify the board, has ended. */
-static enum mr_status reject_other_board(struct collector *collector, struct link_side *side,
+static enum mr_status reject_other_board(struct collector *collector, struct link_state *side,
                                          enum mr_status why, const char *now, struct error *error)
 {
     if (side->kind == LINK_CAN) {
@@ -26,7 +26,7 @@ static enum mr_status reject_other_board(struct collector *collector, struct lin
                      now, side->link_spec);
 }
 
-static enum mr_status handle_hello(struct collector *collector, struct link_side *side,
+static enum mr_status handle_hello(struct collector *collector, struct link_state *side,
                                    const struct mr_hello *message, struct error *error)
 {
     bool serial_will_say = side->kind == LINK_CAN && !collector->side[LINK_SERIAL].has_ended &&
@@ -50,7 +50,7 @@ static enum mr_status handle_hello(struct collector *collector, struct link_side
 
 /* Handles words `part` of the chip's unique id. Returns false if they belong to another board; sets
  * `error` if the log cannot continue. */
-static bool handle_uid(struct collector *collector, struct link_side *side, unsigned part,
+static bool handle_uid(struct collector *collector, struct link_state *side, unsigned part,
                        const uint32_t *words, size_t count, struct error *error)
 {
     uint32_t *known = &collector->reported.uid[part == 1 ? 0 : 2];
@@ -76,7 +76,7 @@ static bool handle_uid(struct collector *collector, struct link_side *side, unsi
 }
 
 /* Updates the row of an open landing with the identity received since its beginning. */
-static enum mr_status update_landing_identity(struct collector *collector, struct link_side *side,
+static enum mr_status update_landing_identity(struct collector *collector, struct link_state *side,
                                               struct error *error)
 {
     struct landing_slot *slot = side->current_landing;
@@ -106,7 +106,7 @@ static enum mr_status put_channel(struct collector *collector, const struct land
                              &collector->reported.channel[index], error);
 }
 
-static enum mr_status handle_channel(struct collector *collector, const struct link_side *side,
+static enum mr_status handle_channel(struct collector *collector, const struct link_state *side,
                                      const struct mr_channel *message, struct error *error)
 {
     if (message->index >= MR_CHANNELS)
@@ -124,7 +124,8 @@ static enum mr_status handle_channel(struct collector *collector, const struct l
     return put_channel(collector, side->current_landing, message->index, error);
 }
 
-static enum mr_status handle_channel_zero(struct collector *collector, const struct link_side *side,
+static enum mr_status handle_channel_zero(struct collector *collector,
+                                          const struct link_state *side,
                                           const struct mr_channel_zero *message,
                                           struct error *error)
 {
@@ -153,7 +154,7 @@ static enum mr_status put_calibration(struct collector *collector, const struct 
         error);
 }
 
-static enum mr_status handle_calibration(struct collector *collector, const struct link_side *side,
+static enum mr_status handle_calibration(struct collector *collector, const struct link_state *side,
                                          const struct mr_calibration *message, struct error *error)
 {
     if (message->index >= MR_CHANNELS || message->item >= MR_CALIBRATION_ITEM_COUNT)
@@ -168,7 +169,8 @@ static enum mr_status handle_calibration(struct collector *collector, const stru
     return put_calibration(collector, side->current_landing, message->index, message->item, error);
 }
 
-static enum mr_status handle_switch_place(struct collector *collector, const struct link_side *side,
+static enum mr_status handle_switch_place(struct collector *collector,
+                                          const struct link_state *side,
                                           const struct mr_switch_place *message,
                                           struct error *error)
 {
@@ -185,7 +187,7 @@ static enum mr_status handle_switch_place(struct collector *collector, const str
     return side->current_landing ? COLLECT_PUT(switch, &place) : MR_OK;
 }
 
-static enum mr_status handle_slack(struct collector *collector, const struct link_side *side,
+static enum mr_status handle_slack(struct collector *collector, const struct link_state *side,
                                    const struct mr_slack *message, struct error *error)
 {
     if (message->segment >= MR_SEGMENTS)
@@ -228,7 +230,7 @@ enum mr_status collect_write_configuration(struct collector *collector,
     return status == MR_OK ? collect_write_parameters(collector, slot, error) : status;
 }
 
-static enum mr_status handle_site(struct collector *collector, struct link_side *side,
+static enum mr_status handle_site(struct collector *collector, struct link_state *side,
                                   const struct mr_site *message, struct error *error)
 {
     collector->reported.identity.touchdown_ft = (double)message->touchdown_ft;
@@ -236,7 +238,7 @@ static enum mr_status handle_site(struct collector *collector, struct link_side 
     return update_landing_identity(collector, side, error);
 }
 
-static enum mr_status handle_board_uid(struct collector *collector, struct link_side *side,
+static enum mr_status handle_board_uid(struct collector *collector, struct link_state *side,
                                        const struct mr_board_uid *message, struct error *error)
 {
     const uint32_t words[2] = {message->uid0, message->uid1};
@@ -244,7 +246,7 @@ static enum mr_status handle_board_uid(struct collector *collector, struct link_
     return error->status;
 }
 
-static enum mr_status handle_board_image(struct collector *collector, struct link_side *side,
+static enum mr_status handle_board_image(struct collector *collector, struct link_state *side,
                                          const struct mr_board_image *message, struct error *error)
 {
     if (!handle_uid(collector, side, 2, &message->uid2, 1, error))
@@ -258,7 +260,7 @@ static enum mr_status handle_board_image(struct collector *collector, struct lin
 }
 
 /* Stores an event when the state of the board's key changes. */
-static enum mr_status handle_bus_key(struct collector *collector, struct link_side *side,
+static enum mr_status handle_bus_key(struct collector *collector, struct link_state *side,
                                      const struct mr_bus_key *message, uint64_t host_us,
                                      struct error *error)
 {
@@ -279,7 +281,7 @@ static void handle_nonce(struct collector *collector, const struct mr_nonce *mes
 
 /* ---- config: the configuration, which the board sends word by word ---- */
 
-static enum mr_status handle_config_word(struct collector *collector, struct link_side *side,
+static enum mr_status handle_config_word(struct collector *collector, struct link_state *side,
                                          const struct mr_config_image *word, struct error *error)
 {
     struct mr_config config;
@@ -310,7 +312,7 @@ bool collector_needs_configuration(const struct collector *collector)
              collector->config_stored_crc == (uint32_t)collector->reported.identity.config_crc);
 }
 
-enum mr_status collect_identity_message(struct collector *collector, struct link_side *side,
+enum mr_status collect_identity_message(struct collector *collector, struct link_state *side,
                                         const struct collector_event *event, struct error *error)
 {
     const struct mr_message *m = event->message;

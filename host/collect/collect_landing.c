@@ -24,7 +24,7 @@
 
 /* Records a gap for the part of a landing that a link did not deliver. */
 static enum mr_status add_silence_gap(struct collector *collector, const struct landing_slot *slot,
-                                      const struct link_side *side, const struct link_side *other,
+                                      const struct link_state *side, const struct link_state *other,
                                       struct error *error)
 {
     struct store_gap gap = {.link = (int)side->kind,
@@ -48,7 +48,7 @@ static enum mr_status add_silence_gap(struct collector *collector, const struct 
 /* Fills the losses of serial with CAN data after a landing. */
 struct gap_filler {
     struct collector *collector;
-    struct link_side can; /* state of the CAN side when the frame was received */
+    struct link_state can; /* state of the CAN side when the frame was received */
     struct store_gap *gaps;
     size_t count;
     struct error *error;
@@ -144,8 +144,8 @@ enum mr_status collect_finish_ended_landings(struct collector *collector, struct
             continue;
         bool over = true;
         for (int kind = 0; kind < LINK_KINDS; kind++) {
-            const struct link_side *side = &collector->side[kind];
-            const struct link_side *other = &collector->side[1 - kind];
+            const struct link_state *side = &collector->side[kind];
+            const struct link_state *other = &collector->side[1 - kind];
             bool passed = collect_newest_block(side) > slot->end_block + LINK_SILENCE_MIN_BLOCKS ||
                           collect_newest_block(other) > slot->end_block + 1000;
             bool gone = slot->link_left[1 - kind] &&
@@ -163,7 +163,7 @@ enum mr_status collect_finish_ended_landings(struct collector *collector, struct
     return MR_OK;
 }
 
-static struct landing_slot *find_slot(struct collector *collector, const struct link_side *side,
+static struct landing_slot *find_slot(struct collector *collector, const struct link_state *side,
                                       uint16_t number, int64_t armed_block)
 {
     struct landing_slot *found = NULL;
@@ -181,7 +181,7 @@ static struct landing_slot *find_slot(struct collector *collector, const struct 
     return found;
 }
 
-static enum mr_status create_slot(struct collector *collector, const struct link_side *side,
+static enum mr_status create_slot(struct collector *collector, const struct link_state *side,
                                   const struct mr_landing *landing, int64_t armed_block,
                                   uint64_t host_us, struct landing_slot **slot, struct error *error)
 {
@@ -196,7 +196,7 @@ static enum mr_status create_slot(struct collector *collector, const struct link
             return status;
     }
     for (int kind = 0; kind < LINK_KINDS; kind++) {
-        struct link_side *each = &collector->side[kind];
+        struct link_state *each = &collector->side[kind];
         each->current_landing = each->current_landing == oldest ? NULL : each->current_landing;
         each->last_landing = each->last_landing == oldest ? NULL : each->last_landing;
     }
@@ -213,7 +213,7 @@ static enum mr_status create_slot(struct collector *collector, const struct link
     return status == MR_OK ? collect_write_configuration(collector, oldest, error) : status;
 }
 
-void collect_leave_landing(struct link_side *side)
+void collect_leave_landing(struct link_state *side)
 {
     struct landing_slot *slot = side->current_landing;
     if (!slot)
@@ -223,10 +223,10 @@ void collect_leave_landing(struct link_side *side)
         slot->end_block = collect_newest_block(side);
     side->last_landing = slot;
     side->current_landing = NULL;
-    account_reset_series_steps(&side->account);
+    loss_tracker_reset_series_steps(&side->loss_tracker);
 }
 
-static enum mr_status enter_landing(struct collector *collector, struct link_side *side,
+static enum mr_status enter_landing(struct collector *collector, struct link_state *side,
                                     const struct mr_landing *landing, uint64_t host_us,
                                     struct error *error)
 {
@@ -248,11 +248,11 @@ static enum mr_status enter_landing(struct collector *collector, struct link_sid
         slot->row.armed_us = (int64_t)host_us;
     slot->link_entered[side->kind] = true;
     side->current_landing = slot;
-    account_reset_series_steps(&side->account);
+    loss_tracker_reset_series_steps(&side->loss_tracker);
     return MR_OK;
 }
 
-static enum mr_status follow_landing(struct collector *collector, struct link_side *side,
+static enum mr_status follow_landing(struct collector *collector, struct link_state *side,
                                      const struct mr_landing *landing, uint64_t host_us,
                                      struct error *error)
 {
@@ -275,7 +275,7 @@ static enum mr_status follow_landing(struct collector *collector, struct link_si
     return status;
 }
 
-enum mr_status collect_handle_landing(struct collector *collector, struct link_side *side,
+enum mr_status collect_handle_landing(struct collector *collector, struct link_state *side,
                                       const struct mr_landing *landing, uint64_t host_us,
                                       bool *believed, struct error *error)
 {

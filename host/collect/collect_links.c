@@ -25,7 +25,7 @@
 
 /* Handles a restart of the board. `hello`: the board's first hello after it, in the next frame;
  * NULL: not received. */
-static enum mr_status handle_restart(struct collector *collector, struct link_side *side,
+static enum mr_status handle_restart(struct collector *collector, struct link_state *side,
                                      uint64_t host_us, const struct mr_hello *hello,
                                      struct error *error)
 {
@@ -44,12 +44,12 @@ static enum mr_status handle_restart(struct collector *collector, struct link_si
         return status;
     collect_leave_landing(side);
     side->state_block = 0;
-    side->time_doubt = (struct timebase_doubt){0};
+    side->time_candidate = (struct timebase_candidate){0};
     side->boot++;
     side->timebase = (struct timebase){0};
     side->newest_clock_block = side->first_clock_block = 0;
     collect_discard_time_map(side);
-    account_restart(&side->account, hello != NULL);
+    loss_tracker_restart(&side->loss_tracker, hello != NULL);
     side->shunt.number = 0;
     memset(collector->fault_count, 0, sizeof collector->fault_count);
     collector->alarm = (struct mr_can_alarm){0};
@@ -75,7 +75,7 @@ static bool get_clock_fields(const struct mr_message *message, uint32_t *block, 
 
 /* Updates the board time from a message. A clock with tick 0 means that scanning is stopped, so its
  * block is not a time. On CAN the message may come from another node. */
-static enum timebase_result update_board_time(struct link_side *side,
+static enum timebase_result update_board_time(struct link_state *side,
                                               const struct mr_message *message)
 {
     uint32_t block, tick;
@@ -83,7 +83,7 @@ static enum timebase_result update_board_time(struct link_side *side,
         if (tick == 0)
             return TIMEBASE_CONTINUES;
         if (side->kind == LINK_CAN)
-            return timebase_check_clock(&side->timebase, &side->time_doubt, block, tick, false);
+            return timebase_check_clock(&side->timebase, &side->time_candidate, block, tick, false);
         return timebase_apply_clock(&side->timebase, block, tick) ? TIMEBASE_RESTARTED
                                                                   : TIMEBASE_CONTINUES;
     }
@@ -92,12 +92,12 @@ static enum timebase_result update_board_time(struct link_side *side,
     return TIMEBASE_CONTINUES;
 }
 
-enum mr_status collect_store_gaps(struct collector *collector, struct link_side *side,
+enum mr_status collect_store_gaps(struct collector *collector, struct link_state *side,
                                   struct error *error)
 {
     enum mr_status status = MR_OK;
-    for (size_t i = 0; i < side->account.gap_count && status == MR_OK; i++) {
-        const struct store_gap *gap = &side->account.gap[i];
+    for (size_t i = 0; i < side->loss_tracker.gap_count && status == MR_OK; i++) {
+        const struct store_gap *gap = &side->loss_tracker.gap[i];
         const struct landing_slot *slot = side->current_landing;
         if (!slot && side->last_landing && gap->from_block != STORE_NONE &&
             gap->from_block <= side->last_landing->end_block)
@@ -105,11 +105,11 @@ enum mr_status collect_store_gaps(struct collector *collector, struct link_side 
         status = store_gap_put(collector->store, collector->session,
                                slot ? slot->row.id : STORE_NONE, gap, error);
     }
-    side->account.gap_count = 0;
+    side->loss_tracker.gap_count = 0;
     return status;
 }
 
-static enum mr_status store_raw_frame(struct collector *collector, const struct link_side *side,
+static enum mr_status store_raw_frame(struct collector *collector, const struct link_state *side,
                                       const struct landing_slot *slot, struct store_frame *frame,
                                       struct error *error)
 {
@@ -120,7 +120,7 @@ static enum mr_status store_raw_frame(struct collector *collector, const struct 
 
 /* True if the board cannot have sent a message with this time by now, considering the pause since
  * the last message and delays in queues. Always false for serial. */
-static bool is_impossible_time(const struct link_side *side, const struct mr_message *message,
+static bool is_impossible_time(const struct link_state *side, const struct mr_message *message,
                                uint64_t host_us)
 {
     int64_t newest = collect_newest_block(side);
@@ -137,10 +137,10 @@ static bool is_impossible_time(const struct link_side *side, const struct mr_mes
 
 /* ---- priority of serial data over CAN ---- */
 
-static bool is_serial_record(const struct collector *collector)
+static bool is_serial_primary(const struct collector *collector)
 {
-    const struct link_side *can = &collector->side[LINK_CAN],
-                           *serial = &collector->side[LINK_SERIAL];
+    const struct link_state *can = &collector->side[LINK_CAN],
+                            *serial = &collector->side[LINK_SERIAL];
     int64_t spoke = serial->timebase.is_block_known ? collect_newest_block(serial)
                                                     : can->first_clock_block;
     /* CAN is behind: it still delivers frames from before a restart that serial has already
@@ -154,9 +154,9 @@ static bool is_serial_record(const struct collector *collector)
 /* Adopts serial's count of restarts for CAN. Each link counts by itself, and CAN may miss a short
  * restart or mistake another node's message for one. The count is adopted when both links have had
  * the same time for longer than CAN can be behind. */
-static void adopt_serial_boot(const struct collector *collector, struct link_side *can)
+static void adopt_serial_boot(const struct collector *collector, struct link_state *can)
 {
-    const struct link_side *serial = &collector->side[LINK_SERIAL];
+    const struct link_state *serial = &collector->side[LINK_SERIAL];
     int64_t block = can->newest_clock_block, apart = block - collect_newest_block(serial);
     if (!serial->has_ended && !can->current_landing && apart <= SERIAL_SILENCE_MIN_BLOCKS &&
         apart >= -SERIAL_SILENCE_MIN_BLOCKS && block > SAME_START_MAX_BLOCKS)
@@ -165,7 +165,7 @@ static void adopt_serial_boot(const struct collector *collector, struct link_sid
 
 /* Sets the arming time from CAN: a CAN frame has the time of its arrival, serial bytes only the
  * time at which they were read. */
-static enum mr_status set_arming_time_from_can(struct collector *collector, struct link_side *can,
+static enum mr_status set_arming_time_from_can(struct collector *collector, struct link_state *can,
                                                const struct collector_event *event,
                                                struct error *error)
 {
@@ -186,7 +186,7 @@ static enum mr_status set_arming_time_from_can(struct collector *collector, stru
 
 /* Stores the row of the newest frame at intervals. The next landing begins at a stored row from
  * some seconds ago. */
-static enum mr_status mark_newest_frame_row(struct collector *collector, struct link_side *can,
+static enum mr_status mark_newest_frame_row(struct collector *collector, struct link_state *can,
                                             struct error *error)
 {
     int64_t block = collect_newest_block(can);
@@ -212,7 +212,7 @@ static bool is_sent_on_both_links(const struct mr_message *message)
 }
 
 /* Assigns the landing on serial to CAN data from the first block of the landing to the last. */
-static void adopt_serial_landing(struct collector *collector, struct link_side *can)
+static void adopt_serial_landing(struct collector *collector, struct link_state *can)
 {
     int64_t block = collect_newest_block(can);
     struct landing_slot *slot = can->current_landing;
@@ -227,13 +227,13 @@ static void adopt_serial_landing(struct collector *collector, struct link_side *
             continue;
         slot->link_entered[LINK_CAN] = true;
         can->current_landing = slot;
-        account_reset_series_steps(&can->account);
+        loss_tracker_reset_series_steps(&can->loss_tracker);
     }
 }
 
 /* Compares the identity of the board on CAN with that on serial. If serial's board never sends on
  * CAN, the two links belong to two boards. */
-static void compare_can_identity(struct collector *collector, struct link_side *can,
+static void compare_can_identity(struct collector *collector, struct link_state *can,
                                  const struct mr_message *message)
 {
     const uint32_t words[2] = {message->as.board_uid.uid0, message->as.board_uid.uid1};
@@ -247,7 +247,7 @@ static void compare_can_identity(struct collector *collector, struct link_side *
 }
 
 /* Passes the message to the listener, then handles it. */
-static enum mr_status deliver_message(struct collector *collector, struct link_side *side,
+static enum mr_status deliver_message(struct collector *collector, struct link_state *side,
                                       const struct collector_event *event, struct error *error)
 {
     if (collector->listener)
@@ -258,7 +258,7 @@ static enum mr_status deliver_message(struct collector *collector, struct link_s
         collector->reported.landing = event->message->as.landing;
         collector->reported.landing_known = true;
     }
-    if (side->kind == LINK_CAN && is_serial_record(collector)) {
+    if (side->kind == LINK_CAN && is_serial_primary(collector)) {
         adopt_serial_landing(collector, side);
         if (mark_newest_frame_row(collector, side, error) != MR_OK ||
             set_arming_time_from_can(collector, side, event, error) != MR_OK)
@@ -274,13 +274,14 @@ static enum mr_status deliver_message(struct collector *collector, struct link_s
 }
 
 /* Handles a message of the board from either link: time, losses, content, storage. */
-static enum mr_status handle_message(struct collector *collector, struct link_side *side,
+static enum mr_status handle_message(struct collector *collector, struct link_state *side,
                                      const struct mr_message *message, int64_t seq,
                                      uint64_t host_us, struct error *error)
 {
     const struct mr_message_info *info = message->info;
     bool lost_in_time = is_impossible_time(side, message, host_us);
-    enum timebase_result time = lost_in_time ? TIMEBASE_DOUBTFUL : update_board_time(side, message);
+    enum timebase_result time = lost_in_time ? TIMEBASE_UNCONFIRMED
+                                             : update_board_time(side, message);
     enum mr_status status = MR_OK;
     side->received_us = host_us;
     if (time == TIMEBASE_RESTARTED) {
@@ -288,19 +289,20 @@ static enum mr_status handle_message(struct collector *collector, struct link_si
         update_board_time(side, message);
     }
     if (side->kind == LINK_CAN)
-        account_add_can_frame(&side->account);
+        loss_tracker_add_can_frame(&side->loss_tracker);
     else
-        account_add_serial_frame(&side->account, (uint16_t)seq, collect_newest_block(side));
+        loss_tracker_add_serial_frame(&side->loss_tracker, (uint16_t)seq,
+                                      collect_newest_block(side));
     if (message->index == MR_INDEX_CLOCK && side->timebase.is_tick_known &&
-        time != TIMEBASE_DOUBTFUL) {
+        time != TIMEBASE_UNCONFIRMED) {
         side->newest_clock_block = message->as.clock.block;
         if (side->first_clock_block == 0)
             side->first_clock_block = side->newest_clock_block;
         if (side->kind == LINK_CAN)
             adopt_serial_boot(collector, side);
-        account_confirm_board_time(&side->account);
+        loss_tracker_confirm_board_time(&side->loss_tracker);
     }
-    account_add_message(&side->account, message->index);
+    loss_tracker_add_message(&side->loss_tracker, message->index);
 
     const struct collector_event event = {.link = side->kind,
                                           .message = message,
@@ -314,7 +316,7 @@ static enum mr_status handle_message(struct collector *collector, struct link_si
                                 .data = message->payload};
     struct landing_slot *before = side->current_landing;
     enum mr_status meaning = MR_OK;
-    if (status == MR_OK && time != TIMEBASE_DOUBTFUL)
+    if (status == MR_OK && time != TIMEBASE_UNCONFIRMED)
         meaning = deliver_message(collector, side, &event, error);
     if (status == MR_OK)
         status = store_raw_frame(collector, side,
@@ -340,21 +342,21 @@ static bool decode_can_frame(const struct collector *collector, const struct lin
            message->info->direction != MR_DIRECTION_HOST;
 }
 
-static enum mr_status handle_can_frame(struct collector *collector, struct link_side *side,
+static enum mr_status handle_can_frame(struct collector *collector, struct link_state *side,
                                        const struct link_frame *frame, struct error *error)
 {
     struct mr_message message;
     bool standard = !(frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR));
     uint32_t id = link_id_from_bus(frame->id, collector->can_base);
     if (decode_can_frame(collector, frame, &message))
-        return handle_message(collector, side, &message, side->account.counts.received,
+        return handle_message(collector, side, &message, side->loss_tracker.counts.received,
                               frame->host_us, error);
 
     /* frames of other nodes are stored raw and not interpreted */
     const struct mr_message_info *info = standard ? mr_message_find((uint16_t)id) : NULL;
     bool command = info && info->direction == MR_DIRECTION_HOST;
     if (!command && !(frame->id & LINK_ID_ERROR))
-        side->account.counts.foreign++;
+        side->loss_tracker.counts.foreign++;
     struct store_frame raw = {.direction = command,
                               .seq = STORE_NONE,
                               .board_us = collect_board_time(side, NULL),
@@ -365,25 +367,25 @@ static enum mr_status handle_can_frame(struct collector *collector, struct link_
     return store_raw_frame(collector, side, side->current_landing, &raw, error);
 }
 
-static enum mr_status handle_block(struct collector *collector, struct link_side *side,
+static enum mr_status handle_block(struct collector *collector, struct link_state *side,
                                    const struct mr_frame *frame, uint64_t host_us,
                                    struct error *error)
 {
     struct mr_block block;
     enum mr_status status = MR_OK;
     if (mr_block_get(&block, frame->payload, frame->length) != MR_OK) {
-        side->account.counts.bad++;
+        side->loss_tracker.counts.bad++;
         return MR_OK;
     }
     if (timebase_apply_clock(&side->timebase, block.index, block.tick)) {
         status = handle_restart(collector, side, host_us, NULL, error);
         timebase_apply_clock(&side->timebase, block.index, block.tick);
     }
-    account_add_serial_frame(&side->account, frame->seq, collect_newest_block(side));
-    account_confirm_board_time(&side->account);
-    account_add_message(&side->account, MR_INDEX_BLOCK);
+    loss_tracker_add_serial_frame(&side->loss_tracker, frame->seq, collect_newest_block(side));
+    loss_tracker_confirm_board_time(&side->loss_tracker);
+    loss_tracker_add_message(&side->loss_tracker, MR_INDEX_BLOCK);
     if (side->current_landing)
-        account_add_block(&side->account, block.index);
+        loss_tracker_add_block(&side->loss_tracker, block.index);
     if (collector->listener)
         collector->listener->record(collector->listener->context, &block, host_us);
     if (status == MR_OK)
@@ -396,7 +398,7 @@ static enum mr_status handle_block(struct collector *collector, struct link_side
     return status;
 }
 
-static enum mr_status process_serial_frame(struct collector *collector, struct link_side *side,
+static enum mr_status process_serial_frame(struct collector *collector, struct link_state *side,
                                            const struct mr_frame *frame, uint64_t host_us,
                                            struct error *error)
 {
@@ -405,10 +407,10 @@ static enum mr_status process_serial_frame(struct collector *collector, struct l
     struct mr_message message;
     if (mr_message_decode(&message, frame->type, frame->payload, frame->length) == MR_OK)
         return handle_message(collector, side, &message, frame->seq, host_us, error);
-    account_add_serial_frame(&side->account, frame->seq, collect_newest_block(side));
+    loss_tracker_add_serial_frame(&side->loss_tracker, frame->seq, collect_newest_block(side));
     /* pages of the black box and unknown frames are counted too */
-    account_add_message(&side->account, mr_message_index(frame->type));
-    side->account.counts.foreign++;
+    loss_tracker_add_message(&side->loss_tracker, mr_message_index(frame->type));
+    side->loss_tracker.counts.foreign++;
     struct store_frame raw = {.seq = frame->seq,
                               .board_us = collect_board_time(side, NULL),
                               .host_us = (int64_t)host_us,
@@ -431,19 +433,19 @@ static enum mr_status process_serial_frame(struct collector *collector, struct l
 
 enum board_start { BOARD_START_UNKNOWN, BOARD_START_SAME, BOARD_START_NEW };
 
-static enum board_start classify_start(struct link_side *side, const struct mr_message *message)
+static enum board_start classify_start(struct link_state *side, const struct mr_message *message)
 {
     struct timebase copy = side->timebase;
     uint32_t block, tick;
     if (get_clock_fields(message, &block, &tick)) {
         if (tick != 0 && side->kind == LINK_SERIAL)
             return timebase_is_restart(&copy, block) ? BOARD_START_NEW : BOARD_START_SAME;
-        enum timebase_result verdict = tick == 0 ? TIMEBASE_CONTINUES
-                                                 : timebase_check_clock(&copy, &side->time_doubt,
-                                                                        block, tick, true);
-        return verdict == TIMEBASE_DOUBTFUL  ? BOARD_START_UNKNOWN
-             : verdict == TIMEBASE_RESTARTED ? BOARD_START_NEW
-                                             : BOARD_START_SAME;
+        enum timebase_result verdict =
+            tick == 0 ? TIMEBASE_CONTINUES
+                      : timebase_check_clock(&copy, &side->time_candidate, block, tick, true);
+        return verdict == TIMEBASE_UNCONFIRMED ? BOARD_START_UNKNOWN
+             : verdict == TIMEBASE_RESTARTED   ? BOARD_START_NEW
+                                               : BOARD_START_SAME;
     }
     if (message->block16 < 0 || message->info->direction != MR_DIRECTION_CAN)
         return BOARD_START_UNKNOWN;
@@ -452,7 +454,7 @@ static enum board_start classify_start(struct link_side *side, const struct mr_m
     return ahead >= 0 && ahead <= READING_AGE_MAX_BLOCKS ? BOARD_START_SAME : BOARD_START_UNKNOWN;
 }
 
-static enum mr_status process_held_frame(struct collector *collector, struct link_side *side,
+static enum mr_status process_held_frame(struct collector *collector, struct link_state *side,
                                          const struct held_frame *held, struct error *error)
 {
     const struct mr_frame frame = {.seq = held->seq,
@@ -466,7 +468,7 @@ static enum mr_status process_held_frame(struct collector *collector, struct lin
 
 /* Processes the waiting frames. `start` is BOARD_START_NEW if the first of them is the first known
  * frame of a new start. */
-static enum mr_status release_held_frames(struct collector *collector, struct link_side *side,
+static enum mr_status release_held_frames(struct collector *collector, struct link_state *side,
                                           enum board_start start, uint64_t host_us,
                                           struct error *error)
 {
@@ -481,7 +483,7 @@ static enum mr_status release_held_frames(struct collector *collector, struct li
         status = handle_restart(collector, side, count ? first->frame.host_us : host_us,
                                 has_hello ? &hello.as.hello : NULL, error);
         if (count && side->kind == LINK_SERIAL && first->seq < RESTART_SEQ_LIMIT)
-            account_expect_first_frame(&side->account);
+            loss_tracker_expect_first_frame(&side->loss_tracker);
     }
     for (size_t i = 0; i < count && status == MR_OK; i++)
         status = process_held_frame(collector, side, &side->held_frames[i], error);
@@ -490,7 +492,7 @@ static enum mr_status release_held_frames(struct collector *collector, struct li
 
 /* Returns true if the frame must wait; false if the waiting frames were processed, or if `error` is
  * set. */
-static bool hold_frame(struct collector *collector, struct link_side *side, enum board_start start,
+static bool hold_frame(struct collector *collector, struct link_state *side, enum board_start start,
                        const struct held_frame *held, struct error *error)
 {
     uint64_t host_us = held->frame.host_us;
@@ -505,10 +507,10 @@ static bool hold_frame(struct collector *collector, struct link_side *side, enum
     return false;
 }
 
-enum mr_status collect_release_held_frames(struct collector *collector, struct link_side *side,
+enum mr_status collect_release_held_frames(struct collector *collector, struct link_state *side,
                                            struct error *error)
 {
-    const struct timebase_doubt *doubt = &side->time_doubt;
+    const struct timebase_candidate *doubt = &side->time_candidate;
     bool back = side->held_frame_count && doubt->is_pending &&
                 (int64_t)doubt->block < side->timebase.newest_clock_block;
     return release_held_frames(collector, side, back ? BOARD_START_NEW : BOARD_START_SAME, 0,
@@ -518,7 +520,7 @@ enum mr_status collect_release_held_frames(struct collector *collector, struct l
 enum mr_status collector_receive_frame(struct collector *collector, const struct link_frame *frame,
                                        struct error *error)
 {
-    struct link_side *side = &collector->side[LINK_CAN];
+    struct link_state *side = &collector->side[LINK_CAN];
     const struct held_frame held = {.frame = *frame};
     struct mr_message message;
     bool ours = decode_can_frame(collector, frame, &message);
@@ -530,14 +532,14 @@ enum mr_status collector_receive_frame(struct collector *collector, const struct
     return error->status == MR_OK ? handle_can_frame(collector, side, frame, error) : error->status;
 }
 
-static enum mr_status handle_serial_frame(struct collector *collector, struct link_side *side,
+static enum mr_status handle_serial_frame(struct collector *collector, struct link_state *side,
                                           const struct mr_frame *frame, uint64_t host_us,
                                           struct error *error)
 {
     struct held_frame held = {.frame = {.id = frame->type, .host_us = host_us}, .seq = frame->seq};
     struct mr_message message;
     struct mr_block block;
-    bool jump = side->account.seq_known && frame->seq != side->account.next_seq;
+    bool jump = side->loss_tracker.seq_known && frame->seq != side->loss_tracker.next_seq;
     bool ours = frame->type != MR_ID_BLOCK &&
                 mr_message_decode(&message, frame->type, frame->payload, frame->length) == MR_OK;
     if (ours && jump && frame->seq == 0 && message.index == MR_INDEX_HELLO) {
@@ -564,15 +566,15 @@ static enum mr_status handle_serial_frame(struct collector *collector, struct li
 enum mr_status collector_receive_bytes(struct collector *collector, const uint8_t *bytes,
                                        size_t length, uint64_t host_us, struct error *error)
 {
-    struct link_side *side = &collector->side[LINK_SERIAL];
-    side->account.received_bytes += (int64_t)length;
+    struct link_state *side = &collector->side[LINK_SERIAL];
+    side->loss_tracker.received_bytes += (int64_t)length;
     for (size_t i = 0; i < length; i++) {
         struct mr_frame frame;
         enum mr_status status = mr_deframer_push(&side->deframer, bytes[i], &frame);
         if (status == MR_OK)
             status = handle_serial_frame(collector, side, &frame, host_us, error);
         else if (status != MR_TOO_FEW)
-            side->account.counts.bad++;
+            side->loss_tracker.counts.bad++;
         if (error->status != MR_OK)
             return error->status;
     }
@@ -588,13 +590,13 @@ enum mr_status collector_receive_bytes(struct collector *collector, const uint8_
 #define CRYSTAL_DRIFT_PPM  200.0
 #define INTERNAL_DRIFT_PPM 20000.0
 
-void collect_handle_sync(struct link_side *side, const struct mr_sync *sync, uint64_t host_us)
+void collect_handle_sync(struct link_state *side, const struct mr_sync *sync, uint64_t host_us)
 {
     side->sync = *sync;
     side->sync_host_us = host_us;
 }
 
-void collect_handle_sync_at(struct link_side *side, const struct mr_sync_at *sync_at)
+void collect_handle_sync_at(struct link_state *side, const struct mr_sync_at *sync_at)
 {
     bool this_one = side->sync_host_us != 0 && (uint16_t)side->sync.block == sync_at->block16;
     if (this_one && sync_at->sent) {
@@ -605,20 +607,20 @@ void collect_handle_sync_at(struct link_side *side, const struct mr_sync_at *syn
     side->sync_host_us = 0;
 }
 
-void collect_handle_clock(struct link_side *side, const struct mr_clock *clock, uint64_t host_us)
+void collect_handle_clock(struct link_state *side, const struct mr_clock *clock, uint64_t host_us)
 {
     if (side->kind == LINK_SERIAL && clock->tick != 0)
         timemap_add(&side->time_map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_DELAY_US,
                     (int64_t)host_us);
 }
 
-void collect_discard_time_map(struct link_side *side)
+void collect_discard_time_map(struct link_state *side)
 {
     side->time_map.pair_count = 0;
     side->sync_host_us = 0;
 }
 
-enum mr_status collect_put_time_map(struct collector *collector, const struct link_side *side,
+enum mr_status collect_put_time_map(struct collector *collector, const struct link_state *side,
                                     const struct landing_slot *slot, struct error *error)
 {
     struct timemap_fit fit;
@@ -640,7 +642,7 @@ enum mr_status collect_put_time_map(struct collector *collector, const struct li
                                  .board_us = STORE_NONE,
                                  .host_us = STORE_NONE,
                                  .host_half_us = (double)NAN};
-    if (fit.refusal == TIMEMAP_OK || fit.refusal == TIMEMAP_OTHER_RATE) {
+    if (fit.refusal == TIMEMAP_OK || fit.refusal == TIMEMAP_WRONG_RATE) {
         row.fast_ppm = fit.rate_ppm.value;
         row.fast_half_ppm = fit.rate_ppm.half_width;
     }
@@ -654,7 +656,7 @@ enum mr_status collect_put_time_map(struct collector *collector, const struct li
     return store_time_map_put(collector->store, &row, error);
 }
 
-enum mr_status collect_handle_film_frame(struct collector *collector, struct link_side *side,
+enum mr_status collect_handle_film_frame(struct collector *collector, struct link_state *side,
                                          const struct mr_film_frame *frame, struct error *error)
 {
     struct landing_slot *slot = side->current_landing;
@@ -674,12 +676,12 @@ enum mr_status collect_handle_film_frame(struct collector *collector, struct lin
 /* ---- side: the current state of a link, and the events stored from it; all other files of the
  * collector use these functions ---- */
 
-int64_t collect_newest_block(const struct link_side *side)
+int64_t collect_newest_block(const struct link_state *side)
 {
     return side->timebase.is_block_known ? side->timebase.newest_block : -1;
 }
 
-int64_t collect_board_time(const struct link_side *side, const struct mr_message *message)
+int64_t collect_board_time(const struct link_state *side, const struct mr_message *message)
 {
     struct timebase copy = side->timebase;
     if (!copy.is_block_known)
@@ -691,18 +693,18 @@ int64_t collect_board_time(const struct link_side *side, const struct mr_message
     return timebase_now_us(&side->timebase);
 }
 
-int64_t collect_event_block(struct link_side *side, const struct mr_message *message)
+int64_t collect_event_block(struct link_state *side, const struct mr_message *message)
 {
     return message->block16 >= 0 ? timebase_unwrap(&side->timebase, (uint16_t)message->block16)
                                  : message->block;
 }
 
-int64_t collect_link_bit(const struct link_side *side)
+int64_t collect_link_bit(const struct link_state *side)
 {
     return 1 << side->kind;
 }
 
-enum mr_status collect_put_event(struct collector *collector, const struct link_side *side,
+enum mr_status collect_put_event(struct collector *collector, const struct link_state *side,
                                  const char *kind, int64_t block, int64_t code, int64_t detail,
                                  int64_t value, uint64_t host_us, struct error *error)
 {

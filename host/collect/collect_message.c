@@ -19,7 +19,7 @@
     }
 #include "common/catalogue.def"
 
-enum mr_status collect_put_state_event(struct collector *collector, const struct link_side *side,
+enum mr_status collect_put_state_event(struct collector *collector, const struct link_state *side,
                                        const struct mr_landing *message, uint64_t host_us,
                                        struct error *error)
 {
@@ -27,7 +27,7 @@ enum mr_status collect_put_state_event(struct collector *collector, const struct
                              message->cause, message->landing, host_us, error);
 }
 
-static enum mr_status record_landing(struct collector *collector, struct link_side *side,
+static enum mr_status record_landing(struct collector *collector, struct link_state *side,
                                      const struct mr_landing *message, uint64_t host_us,
                                      struct error *error)
 {
@@ -49,7 +49,7 @@ static enum mr_status record_landing(struct collector *collector, struct link_si
 
 /* Adds a message to the accounting of losses. The newest known block is at least that of this
  * reading. */
-static enum mr_status count_message(struct collector *collector, struct link_side *side,
+static enum mr_status count_message(struct collector *collector, struct link_state *side,
                                     const struct collector_event *event, struct error *error)
 {
     (void)collector, (void)error;
@@ -57,15 +57,16 @@ static enum mr_status count_message(struct collector *collector, struct link_sid
     unsigned pack = mr_series_pack_find(m->info->id);
     if (pack < MR_SERIES_PACK_COUNT) {
         if (side->current_landing)
-            account_add_series_message(&side->account, pack,
-                                       timebase_unwrap(&side->timebase, (uint16_t)m->block16));
+            loss_tracker_add_series_message(&side->loss_tracker, pack,
+                                            timebase_unwrap(&side->timebase, (uint16_t)m->block16));
     } else if (m->index == MR_INDEX_MESSAGE_COUNT) {
-        account_apply_message_count(&side->account, &m->as.message_count);
+        loss_tracker_apply_message_count(&side->loss_tracker, &m->as.message_count);
     } else if (m->index == MR_INDEX_CAN_HEALTH && side->kind == LINK_CAN) {
-        account_apply_can_health(&side->account, &m->as.can_health, collect_newest_block(side));
+        loss_tracker_apply_can_health(&side->loss_tracker, &m->as.can_health,
+                                      collect_newest_block(side));
     } else if (m->index == MR_INDEX_SERIAL_HEALTH && side->kind == LINK_SERIAL) {
-        account_apply_dropped_count(&side->account, m->as.serial_health.dropped,
-                                    collect_newest_block(side));
+        loss_tracker_apply_dropped_count(&side->loss_tracker, m->as.serial_health.dropped,
+                                         collect_newest_block(side));
     }
     return MR_OK;
 }
@@ -89,7 +90,7 @@ static bool make_event(const struct mr_message *message, struct store_event *eve
     return true;
 }
 
-static enum mr_status put_event(struct collector *collector, struct link_side *side,
+static enum mr_status put_event(struct collector *collector, struct link_state *side,
                                 const struct collector_event *event_message, struct error *error)
 {
     struct store_event event;
@@ -115,7 +116,7 @@ static bool is_own_answer(struct collector_own_commands *own, const struct mr_ac
 }
 
 /* Records the board's answer to a command, and which program sent it. */
-static enum mr_status record_answer(struct collector *collector, struct link_side *side,
+static enum mr_status record_answer(struct collector *collector, struct link_state *side,
                                     const struct mr_ack *ack, uint64_t host_us, struct error *error)
 {
     struct landing_slot *current = side->current_landing;
@@ -129,7 +130,7 @@ static enum mr_status record_answer(struct collector *collector, struct link_sid
         return MR_OK;
     }
     if (collector->own_commands)
-        collector->answer[collector->answer_count++ % COLLECT_ANSWERS_MAX] =
+        collector->answer[collector->answer_add_count++ % COLLECT_ANSWERS_MAX] =
             (struct collector_answer){
                 .ack = *ack, .is_own = own, .repeat_count = last->repeat_count};
     *last = (struct repeated_answer){.has_answer = true,
@@ -148,7 +149,7 @@ static enum mr_status record_answer(struct collector *collector, struct link_sid
 }
 
 /* Handles landing state, film frames, answers to commands, and board time. */
-static enum mr_status handle_state_message(struct collector *collector, struct link_side *side,
+static enum mr_status handle_state_message(struct collector *collector, struct link_state *side,
                                            const struct collector_event *event, struct error *error)
 {
     const struct mr_message *m = event->message;
@@ -179,7 +180,7 @@ enum {
 };
 
 static enum mr_status run_message_handlers(unsigned first, struct collector *collector,
-                                           struct link_side *side,
+                                           struct link_state *side,
                                            const struct collector_event *event, struct error *error)
 {
     enum mr_status status = put_event(collector, side, event, error);
@@ -188,13 +189,13 @@ static enum mr_status run_message_handlers(unsigned first, struct collector *col
     return status;
 }
 
-enum mr_status collect_message(struct collector *collector, struct link_side *side,
+enum mr_status collect_message(struct collector *collector, struct link_state *side,
                                const struct collector_event *event, struct error *error)
 {
     return run_message_handlers(0, collector, side, event, error);
 }
 
-enum mr_status collect_reprocess_message(struct collector *collector, struct link_side *side,
+enum mr_status collect_reprocess_message(struct collector *collector, struct link_state *side,
                                          const struct collector_event *event, struct error *error)
 {
     return run_message_handlers(FIRST_LANDING_HANDLER, collector, side, event, error);
@@ -203,7 +204,7 @@ enum mr_status collect_reprocess_message(struct collector *collector, struct lin
 /* ---- gear: switches, motion, touchdown and stop, zones ahead of the wheel, mat temperature
  * ---- */
 
-static enum mr_status record_edge(struct collector *collector, struct link_side *side,
+static enum mr_status record_edge(struct collector *collector, struct link_state *side,
                                   const struct mr_edge *message, struct error *error)
 {
     struct landing_slot *slot = side->current_landing;
@@ -221,7 +222,8 @@ static enum mr_status record_edge(struct collector *collector, struct link_side 
 
 /* Rejects a switch edge that the board withdrew. An edge that only the board's final fit excluded
  * is kept, because the host's own fit decides about it. */
-static enum mr_status record_switch_event(struct collector *collector, const struct link_side *side,
+static enum mr_status record_switch_event(struct collector *collector,
+                                          const struct link_state *side,
                                           const struct mr_switch_event *message,
                                           struct error *error)
 {
@@ -236,15 +238,15 @@ static enum mr_status record_switch_event(struct collector *collector, const str
 /* Motion and its errors are two messages with the same block: the first creates the row, the second
  * completes it. The same holds for a zone and its lead time. */
 #define DEFINE_TWO_PART_RECORDER(name, NAME, second)                                               \
-    static enum mr_status name(struct collector *collector, struct link_side *side,                \
+    static enum mr_status name(struct collector *collector, struct link_state *side,               \
                                const struct mr_message *m, struct error *error)                    \
     {                                                                                              \
-        struct store_##name *row = &side->half_##name;                                             \
+        struct store_##name *row = &side->partial_##name;                                          \
         if (m->index == MR_INDEX_##NAME) {                                                         \
             *row = store_blank_##name;                                                             \
-            side->half_##name##_block16 = m->block16;                                              \
+            side->partial_##name##_block16 = m->block16;                                           \
             collect_##name##_row(row, &m->as.name);                                                \
-        } else if (m->block16 == side->half_##name##_block16) {                                    \
+        } else if (m->block16 == side->partial_##name##_block16) {                                 \
             collect_##second##_row(row, &m->as.second);                                            \
         } else {                                                                                   \
             return MR_OK;                                                                          \
@@ -259,7 +261,7 @@ DEFINE_TWO_PART_RECORDER(motion, MOTION, motion_error)
 DEFINE_TWO_PART_RECORDER(zone, ZONE, zone_lead)
 
 /* Touchdown and stop share a row; either message may arrive first. */
-static enum mr_status record_result(struct collector *collector, const struct link_side *side,
+static enum mr_status record_result(struct collector *collector, const struct link_state *side,
                                     const struct mr_message *m, struct error *error)
 {
     struct store_result row = store_blank_result;
@@ -271,7 +273,7 @@ static enum mr_status record_result(struct collector *collector, const struct li
     return side->current_landing ? COLLECT_PUT(result, &row) : MR_OK;
 }
 
-static enum mr_status record_temperature(struct collector *collector, struct link_side *side,
+static enum mr_status record_temperature(struct collector *collector, struct link_state *side,
                                          const struct mr_message *message, struct error *error)
 {
     struct store_mat_temperature row = {.block = collect_event_block(side, message),
@@ -280,7 +282,7 @@ static enum mr_status record_temperature(struct collector *collector, struct lin
     return side->current_landing && row.block >= 0 ? COLLECT_PUT(mat_temperature, &row) : MR_OK;
 }
 
-static enum mr_status collect_gear_message(struct collector *collector, struct link_side *side,
+static enum mr_status collect_gear_message(struct collector *collector, struct link_state *side,
                                            const struct collector_event *event, struct error *error)
 {
     const struct mr_message *m = event->message;
@@ -306,7 +308,7 @@ static bool is_same_value(float a, float b)
     return memcmp(&a, &b, sizeof a) == 0;
 }
 
-static enum mr_status record_trust(struct collector *collector, struct link_side *side,
+static enum mr_status record_trust(struct collector *collector, struct link_state *side,
                                    const struct mr_message *m, struct error *error)
 {
     struct store_trust row = {.block = collect_event_block(side, m),
@@ -316,7 +318,7 @@ static enum mr_status record_trust(struct collector *collector, struct link_side
 }
 
 /* Stores a runway when it is complete: all joints in sequence, and the CRC that the board sent. */
-static enum mr_status record_joints(struct collector *collector, struct link_side *side,
+static enum mr_status record_joints(struct collector *collector, struct link_state *side,
                                     const struct mr_runway_joints *m, struct error *error)
 {
     struct mr_predictor_state *state = &side->runway;
@@ -332,7 +334,7 @@ static enum mr_status record_joints(struct collector *collector, struct link_sid
                             side->runway_store.source, error);
 }
 
-static void record_runway(struct link_side *side, const struct mr_runway *m)
+static void record_runway(struct link_state *side, const struct mr_runway *m)
 {
     side->runway = (struct mr_predictor_state){.mats = m->mats <= MR_CHAIN_MATS ? m->mats : 0,
                                                .landings = m->landings,
@@ -340,7 +342,7 @@ static void record_runway(struct link_side *side, const struct mr_runway *m)
     side->runway_part_count = 0;
 }
 
-static void record_runway_state(struct collector *collector, struct link_side *side,
+static void record_runway_state(struct collector *collector, struct link_state *side,
                                 const struct mr_runway_store *m)
 {
     const struct mr_runway_store *known = &collector->stored_runway;
@@ -352,7 +354,7 @@ static void record_runway_state(struct collector *collector, struct link_side *s
     collector->stored_runway_known = true;
 }
 
-static enum mr_status record_item(struct collector *collector, const struct link_side *side,
+static enum mr_status record_item(struct collector *collector, const struct link_state *side,
                                   const struct mr_predict_item *m, struct error *error)
 {
     if (m->index >= MR_PREDICT_ITEM_COUNT ||
@@ -389,7 +391,7 @@ enum mr_status collect_write_parameters(struct collector *collector,
 /* Stores one parameter of the risk. Index 0 starts a new list, so items of the previous list count
  * as missing. */
 static enum mr_status record_risk_parameter(struct collector *collector,
-                                            const struct link_side *side,
+                                            const struct link_state *side,
                                             const struct mr_risk_item *m, struct error *error)
 {
     if (m->index >= MR_RISK_REPORT_ITEM_COUNT)
@@ -403,7 +405,7 @@ static enum mr_status record_risk_parameter(struct collector *collector,
              : MR_OK;
 }
 
-static enum mr_status record_risk(struct collector *collector, struct link_side *side,
+static enum mr_status record_risk(struct collector *collector, struct link_state *side,
                                   const struct mr_message *m, struct error *error)
 {
     struct store_risk part = store_blank_risk;
@@ -418,7 +420,7 @@ static enum mr_status record_risk(struct collector *collector, struct link_side 
 
 /* Stores a part of a prediction. It has the block of the prediction, which is the newest one or
  * slightly older. */
-static enum mr_status record_prediction_part(struct collector *collector, struct link_side *side,
+static enum mr_status record_prediction_part(struct collector *collector, struct link_state *side,
                                              const struct mr_message *m, struct error *error)
 {
     struct store_prediction part = store_blank_prediction;
@@ -434,7 +436,7 @@ static enum mr_status record_prediction_part(struct collector *collector, struct
     return side->current_landing && part.block >= 0 ? COLLECT_PUT(prediction, &part) : MR_OK;
 }
 
-static enum mr_status collect_predict_message(struct collector *collector, struct link_side *side,
+static enum mr_status collect_predict_message(struct collector *collector, struct link_state *side,
                                               const struct collector_event *event,
                                               struct error *error)
 {
@@ -458,14 +460,15 @@ static enum mr_status collect_predict_message(struct collector *collector, struc
 
 /* Returns the full index of a recent block from its low 16 bits; does not change the newest
  * block. */
-static int64_t unwrap_block(const struct link_side *side, uint16_t at_block16)
+static int64_t unwrap_block(const struct link_state *side, uint16_t at_block16)
 {
     struct timebase copy = side->timebase;
     int64_t block = timebase_unwrap(&copy, at_block16);
     return block < 0 ? STORE_NONE : block;
 }
 
-static enum mr_status record_band_message(struct collector *collector, const struct link_side *side,
+static enum mr_status record_band_message(struct collector *collector,
+                                          const struct link_state *side,
                                           const struct mr_band_event *m, struct error *error)
 {
     int64_t block = unwrap_block(side, m->at_block16);
@@ -477,7 +480,7 @@ static enum mr_status record_band_message(struct collector *collector, const str
 
 /* Stores the result or the check of a gage. The first of these two messages creates the row, the
  * second completes it. */
-static enum mr_status record_shunt(struct collector *collector, struct link_side *side,
+static enum mr_status record_shunt(struct collector *collector, struct link_state *side,
                                    const struct mr_message *m, struct error *error)
 {
     struct store_shunt *row = &side->shunt_result;
@@ -502,7 +505,7 @@ static enum mr_status record_shunt(struct collector *collector, struct link_side
 
 /* Stores a band message. Tension before and after, and smallest and largest tension, share a row.
  * Values of a band without a gage are ignored. */
-static enum mr_status record_band(struct collector *collector, const struct link_side *side,
+static enum mr_status record_band(struct collector *collector, const struct link_state *side,
                                   const struct mr_message *m, struct error *error)
 {
     struct store_band row = store_blank_band;
@@ -526,7 +529,7 @@ static enum mr_status record_band(struct collector *collector, const struct link
     return side->current_landing ? COLLECT_PUT(band, &row) : MR_OK;
 }
 
-static enum mr_status collect_band_message(struct collector *collector, struct link_side *side,
+static enum mr_status collect_band_message(struct collector *collector, struct link_state *side,
                                            const struct collector_event *event, struct error *error)
 {
     const struct mr_message *m = event->message;
@@ -546,7 +549,7 @@ static enum mr_status collect_band_message(struct collector *collector, struct l
 /* ---- health: faults, slow log, crash, and CAN as seen by the board ---- */
 
 /* Stores a fault when its count changes; the board repeats faults once a second. */
-static enum mr_status record_fault(struct collector *collector, const struct link_side *side,
+static enum mr_status record_fault(struct collector *collector, const struct link_state *side,
                                    const struct mr_fault *message, uint64_t host_us,
                                    struct error *error)
 {
@@ -559,7 +562,7 @@ static enum mr_status record_fault(struct collector *collector, const struct lin
                              message->detail, message->count, host_us, error);
 }
 
-static enum mr_status record_quality(struct collector *collector, const struct link_side *side,
+static enum mr_status record_quality(struct collector *collector, const struct link_state *side,
                                      const struct mr_channel_quality *message, struct error *error)
 {
     struct store_quality row;
@@ -568,7 +571,7 @@ static enum mr_status record_quality(struct collector *collector, const struct l
 }
 
 /* A row of the slow log consists of six messages; if one of them is lost, the row is discarded. */
-static void record_slow_row(struct link_side *side, const struct mr_slow_row *message,
+static void record_slow_row(struct link_state *side, const struct mr_slow_row *message,
                             uint64_t host_us)
 {
     side->slow_row = (struct store_slow){.time_us = (int64_t)host_us,
@@ -579,7 +582,7 @@ static void record_slow_row(struct link_side *side, const struct mr_slow_row *me
 }
 
 /* Stores a row of the slow log when it is complete. */
-static enum mr_status record_slow_tension(struct collector *collector, struct link_side *side,
+static enum mr_status record_slow_tension(struct collector *collector, struct link_state *side,
                                           const struct mr_slow_tension *message,
                                           struct error *error)
 {
@@ -598,7 +601,7 @@ static enum mr_status record_slow_tension(struct collector *collector, struct li
 
 /* Stores one event per word of the report of a processor fault. Both links repeat the report; it is
  * stored once. */
-static enum mr_status record_crash(struct collector *collector, const struct link_side *side,
+static enum mr_status record_crash(struct collector *collector, const struct link_state *side,
                                    const struct mr_crash *message, uint64_t host_us,
                                    struct error *error)
 {
@@ -617,7 +620,7 @@ static enum mr_status record_crash(struct collector *collector, const struct lin
 
 /* Stores the board's CAN state when state or outage count changes; the board sends it every
  * second. */
-static enum mr_status record_can_alarm(struct collector *collector, const struct link_side *side,
+static enum mr_status record_can_alarm(struct collector *collector, const struct link_state *side,
                                        const struct mr_can_alarm *message, uint64_t host_us,
                                        struct error *error)
 {
@@ -634,7 +637,7 @@ static enum mr_status record_can_alarm(struct collector *collector, const struct
                              message->tec, message->outages, host_us, error);
 }
 
-static enum mr_status collect_health_message(struct collector *collector, struct link_side *side,
+static enum mr_status collect_health_message(struct collector *collector, struct link_state *side,
                                              const struct collector_event *event,
                                              struct error *error)
 {

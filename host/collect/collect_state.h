@@ -11,7 +11,7 @@
 #include "common/runway.h"
 #include "host/board/config_client.h"
 #include "host/board/health_client.h"
-#include "host/collect/account.h"
+#include "host/collect/loss_tracker.h"
 #include "host/collect/timebase.h"
 #include "host/link/timemap.h"
 
@@ -50,7 +50,7 @@ struct held_frame {
 #define COLLECT_HELD_FRAMES_MAX 2048u
 
 /* State of the collector for one link. */
-struct link_side {
+struct link_state {
     enum link_kind kind;
     /* CAN only: the newest landing message with state ARMED, and its time of reception in
      * armed_us */
@@ -63,9 +63,9 @@ struct link_side {
     int64_t marked_frame_row[2], frame_mark_block;
     const char *link_spec; /* NULL: the link is not used */
     bool has_ended;
-    struct account account;
+    struct loss_tracker loss_tracker;
     struct timebase timebase;
-    struct timebase_doubt time_doubt;
+    struct timebase_candidate time_candidate;
     struct timemap time_map;
     /* the newest sync message, which waits for its sync_at message, and its time of reception; 0:
      * none */
@@ -79,10 +79,10 @@ struct link_side {
     struct landing_slot *last_landing; /* the landing left most recently */
     struct mr_deframer deframer;
     /* First half of a zone or motion, waiting for the message with its second half.
-     * half_zone_block16 and half_motion_block16 are the low 16 bits of its block. */
-    struct store_zone half_zone;
-    struct store_motion half_motion;
-    int32_t half_zone_block16, half_motion_block16;
+     * partial_zone_block16 and partial_motion_block16 are the low 16 bits of its block. */
+    struct store_zone partial_zone;
+    struct store_motion partial_motion;
+    int32_t partial_zone_block16, partial_motion_block16;
     struct store_shunt shunt; /* the shunt calibration in progress; number 0: none */
     struct store_shunt shunt_result;
     /* row of the slow log being assembled, its number, and the number of gages received for it */
@@ -148,7 +148,7 @@ struct collector {
     struct store *store;
     struct collector *saved_state; /* state saved by collector_save_state; NULL: not saved */
     int64_t session;
-    struct link_side side[LINK_KINDS];
+    struct link_state side[LINK_KINDS];
     uint16_t can_base;
     const struct collector_listener *listener; /* NULL: no listener */
     struct board_report reported;
@@ -172,7 +172,7 @@ struct collector {
     struct collector_own_commands *own_commands;
     struct collector_answer answer[COLLECT_ANSWERS_MAX];
     /* total numbers of answers, and of those that the caller has read */
-    unsigned answer_count, answers_read;
+    unsigned answer_add_count, answers_read;
     struct repeated_answer
         /* identical answers; the index is the code of the command modulo REPEATED_ANSWERS_MAX */
         repeated_answers[REPEATED_ANSWERS_MAX];
@@ -183,31 +183,31 @@ struct collector {
     store_##table##_put(collector->store, side->current_landing->row.id, value, error)
 
 /* Returns the newest block known on a link; -1: none. */
-int64_t collect_newest_block(const struct link_side *side);
+int64_t collect_newest_block(const struct link_state *side);
 /* Returns the board time of a message: that of its block if it has one, otherwise the newest known
  * time. `message` NULL: a frame that is not a message. */
-int64_t collect_board_time(const struct link_side *side, const struct mr_message *message);
+int64_t collect_board_time(const struct link_state *side, const struct mr_message *message);
 /* Returns the block of the event that a message reports, if the event is recent; -1: not known, or
  * the message has no block. */
-int64_t collect_event_block(struct link_side *side, const struct mr_message *message);
+int64_t collect_event_block(struct link_state *side, const struct mr_message *message);
 /* Returns the bit of the side's link in `links` of a row. */
-int64_t collect_link_bit(const struct link_side *side);
+int64_t collect_link_bit(const struct link_state *side);
 /* Adds an event; it belongs to the landing in progress on this side, if there is one. */
-enum mr_status collect_put_event(struct collector *collector, const struct link_side *side,
+enum mr_status collect_put_event(struct collector *collector, const struct link_state *side,
                                  const char *kind, int64_t block, int64_t code, int64_t detail,
                                  int64_t value, uint64_t host_us, struct error *error);
 
 /* ---- collect_links.c ---- */
 
 /* Processes the held frames when the link has ended, with the most likely boot. */
-enum mr_status collect_release_held_frames(struct collector *collector, struct link_side *side,
+enum mr_status collect_release_held_frames(struct collector *collector, struct link_state *side,
                                            struct error *error);
 /* Stores the gaps that the account has found, with the landing in which they occurred. */
-enum mr_status collect_store_gaps(struct collector *collector, struct link_side *side,
+enum mr_status collect_store_gaps(struct collector *collector, struct link_state *side,
                                   struct error *error);
 
 /* Processes an accepted message. The file of each topic has a function of this type. */
-typedef enum mr_status collect_message_handler(struct collector *collector, struct link_side *side,
+typedef enum mr_status collect_message_handler(struct collector *collector, struct link_state *side,
                                                const struct collector_event *event,
                                                struct error *error);
 collect_message_handler collect_message;
@@ -215,7 +215,7 @@ collect_message_handler collect_message;
  * gear, predictor and bands. */
 collect_message_handler collect_reprocess_message, collect_identity_message;
 /* Stores a change of the landing's state as an event of the landing in progress on this side. */
-enum mr_status collect_put_state_event(struct collector *collector, const struct link_side *side,
+enum mr_status collect_put_state_event(struct collector *collector, const struct link_state *side,
                                        const struct mr_landing *message, uint64_t host_us,
                                        struct error *error);
 /* Stores the known parameters of the predictor with a landing that begins. */
@@ -227,23 +227,23 @@ enum mr_status collect_write_configuration(struct collector *collector,
 
 /* Pairs of board and host time, and film frames. collect_put_time_map stores the time map of a
  * landing that has ended (`slot` NULL: of a boot that has ended). */
-void collect_handle_sync(struct link_side *side, const struct mr_sync *sync, uint64_t host_us);
-void collect_handle_sync_at(struct link_side *side, const struct mr_sync_at *sync_at);
-void collect_handle_clock(struct link_side *side, const struct mr_clock *clock, uint64_t host_us);
+void collect_handle_sync(struct link_state *side, const struct mr_sync *sync, uint64_t host_us);
+void collect_handle_sync_at(struct link_state *side, const struct mr_sync_at *sync_at);
+void collect_handle_clock(struct link_state *side, const struct mr_clock *clock, uint64_t host_us);
 /* Discards the pairs, because this computer's clock was set. */
-void collect_discard_time_map(struct link_side *side);
-enum mr_status collect_put_time_map(struct collector *collector, const struct link_side *side,
+void collect_discard_time_map(struct link_state *side);
+enum mr_status collect_put_time_map(struct collector *collector, const struct link_state *side,
                                     const struct landing_slot *slot, struct error *error);
-enum mr_status collect_handle_film_frame(struct collector *collector, struct link_side *side,
+enum mr_status collect_handle_film_frame(struct collector *collector, struct link_state *side,
                                          const struct mr_film_frame *frame, struct error *error);
 
 /* Handles a state of a landing that the side reports: begins, updates or ends the landing for this
  * side. `*believed` false: the state cannot be current, and nothing was done. */
-enum mr_status collect_handle_landing(struct collector *collector, struct link_side *side,
+enum mr_status collect_handle_landing(struct collector *collector, struct link_state *side,
                                       const struct mr_landing *landing, uint64_t host_us,
                                       bool *believed, struct error *error);
 /* Ends the side's landing, if there is one. */
-void collect_leave_landing(struct link_side *side);
+void collect_leave_landing(struct link_state *side);
 /* Finishes a landing: data that a link should have sent and that is missing becomes a gap. */
 enum mr_status collect_finish_landing(struct collector *collector, struct landing_slot *slot,
                                       struct error *error);

@@ -9,7 +9,7 @@
  * block of another node could be mistaken for a restart. */
 #define CLOCK_STEP_MAX_BLOCKS  500
 /* Block records and messages can overtake each other in the board's serial queues by this much. */
-#define OVERTAKE_MAX_BLOCKS    100
+#define REORDERING_MAX_BLOCKS  100
 /* 0.1 ms; the tick at block 0 is constant while the board runs */
 #define ORIGIN_TOLERANCE_TICKS 8400
 
@@ -36,7 +36,7 @@ bool timebase_apply_clock(struct timebase *timebase, uint32_t block, uint32_t ti
 bool timebase_is_restart(const struct timebase *timebase, uint32_t block)
 {
     return timebase->is_block_known &&
-           (int64_t)block + OVERTAKE_MAX_BLOCKS < timebase->newest_block;
+           (int64_t)block + REORDERING_MAX_BLOCKS < timebase->newest_block;
 }
 
 static bool has_same_origin(uint32_t a, uint32_t b)
@@ -45,8 +45,9 @@ static bool has_same_origin(uint32_t a, uint32_t b)
     return apart > -ORIGIN_TOLERANCE_TICKS && apart < ORIGIN_TOLERANCE_TICKS;
 }
 
-enum timebase_result timebase_check_clock(struct timebase *timebase, struct timebase_doubt *doubt,
-                                          uint32_t block, uint32_t tick, bool hello)
+enum timebase_result timebase_check_clock(struct timebase *timebase,
+                                          struct timebase_candidate *doubt, uint32_t block,
+                                          uint32_t tick, bool hello)
 {
     uint32_t origin = mr_boardtime_origin(block, tick);
     bool first = !timebase->is_block_known || !timebase->is_tick_known;
@@ -67,7 +68,7 @@ enum timebase_result timebase_check_clock(struct timebase *timebase, struct time
     doubt->is_pending = true;
     doubt->block = block;
     doubt->origin = origin;
-    return TIMEBASE_DOUBTFUL;
+    return TIMEBASE_UNCONFIRMED;
 }
 
 int64_t timebase_unwrap(struct timebase *timebase, uint16_t block16)

@@ -20,17 +20,19 @@ bool timebase_apply_block(struct timebase *timebase, uint32_t block);
 /* As timebase_apply_block, with the value of TIM2 at the first trigger of the block. */
 bool timebase_apply_clock(struct timebase *timebase, uint32_t block, uint32_t tick);
 
-enum timebase_result { TIMEBASE_CONTINUES, TIMEBASE_RESTARTED, TIMEBASE_DOUBTFUL };
+enum timebase_result { TIMEBASE_CONTINUES, TIMEBASE_RESTARTED, TIMEBASE_UNCONFIRMED };
 /* A board time that does not continue from the known one, until a second one confirms it. */
-struct timebase_doubt {
+struct timebase_candidate {
     bool is_pending;
     uint32_t block, origin;
 };
 /* As timebase_apply_clock, on a link on which other nodes may send. A time that does not continue
  * from the known one changes nothing until a second one continues from it. `hello`: a hello was
- * received since the last clock, so a clock that goes back by any amount is doubted. */
-enum timebase_result timebase_check_clock(struct timebase *timebase, struct timebase_doubt *doubt,
-                                          uint32_t block, uint32_t tick, bool hello);
+ * received since the last clock, so a clock that goes back by any amount is not accepted at
+ * once. */
+enum timebase_result timebase_check_clock(struct timebase *timebase,
+                                          struct timebase_candidate *doubt, uint32_t block,
+                                          uint32_t tick, bool hello);
 /* For a link that keeps the order of frames. Returns true if the block is before the newest one, by
  * any amount: the board restarted. */
 bool timebase_is_restart(const struct timebase *timebase, uint32_t block);

@@ -169,9 +169,9 @@ static void add_relation(const struct rig_relation *relation, size_t count,
 {
     if (!count)
         return;
-    answer_estimate(answer, relation->name, relation->label, relation->unit, predicted.value,
-                    predicted.error, 2);
-    answer_remark(answer, " in the next landing, from %zu landings", count);
+    answer_add_estimate(answer, relation->name, relation->label, relation->unit, predicted.value,
+                        predicted.error, 2);
+    answer_append_remark(answer, " in the next landing, from %zu landings", count);
 }
 
 static const struct rig_relation relations[] = {{"--temperature", "bearing_drag",
@@ -217,12 +217,12 @@ static int run_advise(struct request *r, const struct cli *cli)
     advise_to_answer(&advise, answer);
     for (int i = 0; i < 2; i++)
         add_relation(&relations[i], counts[i], predicted[i], answer);
-    answer_flag(answer, "loaded", r->load ? "loaded into the board" : NULL, r->load && !failed);
+    answer_add_flag(answer, "loaded", r->load ? "loaded into the board" : NULL, r->load && !failed);
     int code = advise.verdict == ADVISE_AGAINST ? mr_status_exit_code(MR_LIMIT) : 0;
     advise_free(&advise);
     if (failed && cli->json) /* do not print the error again: the JSON object contains it */
-        return answer_show(cli, answer, cli_fail(&error));
-    code = answer_show(cli, answer, code);
+        return answer_print(cli, answer, cli_fail(&error));
+    code = answer_print(cli, answer, code);
     return failed ? cli_fail(&error) : code;
 }
 

@@ -242,7 +242,7 @@ struct force_text {
 static struct force_text format_force(const struct findings *f, double lb)
 {
     struct force_text out;
-    const struct unit *unit = unit_of(UNIT_TENSION, f->si);
+    const struct unit *unit = unit_get(UNIT_TENSION, f->si);
     snprintf(out.text, sizeof out.text, "%.6g %s", lb * unit->factor, unit->text);
     return out;
 }
@@ -302,9 +302,9 @@ static void add_design_values(const struct band_design *d, struct answer *answer
     for (size_t i = 0; i < sizeof result_fields / sizeof *result_fields; i++) {
         double value;
         memcpy(&value, (const char *)d + result_fields[i].offset, sizeof value);
-        struct answer_fact *fact = answer_value(answer, result_fields[i].name,
-                                                result_fields[i].label, result_fields[i].unit,
-                                                value, result_fields[i].decimals);
+        struct answer_style *fact = answer_add_value(answer, result_fields[i].name,
+                                                     result_fields[i].label, result_fields[i].unit,
+                                                     value, result_fields[i].decimals);
         fact->digits = 9;
         fact->suffix = result_fields[i].note;
     }
@@ -317,16 +317,16 @@ static struct answer *make_answer(const struct band_design *d, const struct find
     answer_keep_units(answer);
     answer_open_group(answer, "design", "design by Appendix C, per band");
     add_design_values(d, answer);
-    answer_value(answer, "spacing", placed ? "s" : NULL, UNIT_STATION,
-                 placed ? d->spacing_ft : (double)NAN, 2)
+    answer_add_value(answer, "spacing", placed ? "s" : NULL, UNIT_STATION,
+                     placed ? d->spacing_ft : (double)NAN, 2)
         ->digits = 9;
-    answer_remark(answer, " from band to band (C.2)");
+    answer_append_remark(answer, " from band to band (C.2)");
     answer_close_group(answer);
     answer_open_list(answer, "findings", "");
     for (size_t i = 0; i < f->count; i++)
-        answer_words(answer, NULL, "finding", "%s", f->text[i]);
+        answer_add_text(answer, NULL, "finding", "%s", f->text[i]);
     answer_close_group(answer);
-    answer_flag(answer, "holds_by_theory", NULL, f->count == 0);
+    answer_add_flag(answer, "holds_by_theory", NULL, f->count == 0);
     return answer;
 }
 
@@ -340,7 +340,7 @@ static int bands_command(int argc, char **argv, const struct cli *cli)
     read_words(words, &request);
     design_bands(&request.design, fatal);
     check_design(&request.design, &findings);
-    return answer_show(cli, make_answer(&request.design, &findings), findings.count ? 1 : 0);
+    return answer_print(cli, make_answer(&request.design, &findings), findings.count ? 1 : 0);
 }
 
 #define OPTION_VALUES struct request

@@ -26,7 +26,7 @@
 #include "host/board/imagefile.h"
 #include "host/board/keyfile.h"
 #include "host/board/runway_client.h"
-#include "host/collect/boxfill.h"
+#include "host/collect/backfill.h"
 #include "host/commands/commands.h"
 #include "host/commands/program.h"
 
@@ -220,55 +220,56 @@ static void box_client_read(struct box_client *client, const struct box_client_r
 
 static void add_record(const struct box_client_record *r, struct answer *answer)
 {
-    answer_count(answer, "record", "record", r->record.record);
-    answer_count(answer, "landing", "landing", r->record.landing);
-    answer_count(answer, "pages", "pages", r->record.pages);
-    answer_flag(answer, "complete", NULL, r->record.complete);
-    answer_count(answer, "first_block", NULL, (int64_t)r->span.first_block);
-    answer_count(answer, "blocks", NULL, r->span.blocks);
-    answer_value(answer, NULL, "duration", UNIT_TIME,
-                 r->record.complete ? (double)r->span.blocks / 1000.0 : (double)NAN, 3);
-    answer_count(answer, "lost", "blocks lost", r->span.lost);
-    answer_words(answer, NULL, "end", "%s",
-                 r->record.complete ? "closed" : "not closed: power was lost");
+    answer_add_count(answer, "record", "record", r->record.record);
+    answer_add_count(answer, "landing", "landing", r->record.landing);
+    answer_add_count(answer, "pages", "pages", r->record.pages);
+    answer_add_flag(answer, "complete", NULL, r->record.complete);
+    answer_add_count(answer, "first_block", NULL, (int64_t)r->span.first_block);
+    answer_add_count(answer, "blocks", NULL, r->span.blocks);
+    answer_add_value(answer, NULL, "duration", UNIT_TIME,
+                     r->record.complete ? (double)r->span.blocks / 1000.0 : (double)NAN, 3);
+    answer_add_count(answer, "lost", "blocks lost", r->span.lost);
+    answer_add_text(answer, NULL, "end", "%s",
+                    r->record.complete ? "closed" : "not closed: power was lost");
 }
 
 static int list_records(const struct request *request, const struct box_client *client)
 {
     struct answer *answer = answer_new(request->cli->si);
-    answer_words(answer, "state", "black box", "%s", mr_box_condition_text(client->state.state));
-    answer_count(answer, NULL, "sectors", client->space.sectors);
-    answer_count(answer, "ready_sectors", "erased", client->state.ready);
-    answer_count(answer, "reserve_sectors", "needed for arming", client->state.reserve);
-    answer_count(answer, "dirty_sectors", "not yet erased", client->space.dirty);
-    answer_count(answer, "bad_sectors", "bad", client->space.bad);
-    answer_value(answer, "wear", "erases per sector", UNIT_NUMBER, (double)client->space.wear, 2);
-    answer_value(answer, "wait", NULL, UNIT_TIME, (double)client->state.wait_s, 1);
+    answer_add_text(answer, "state", "black box", "%s", mr_box_condition_text(client->state.state));
+    answer_add_count(answer, NULL, "sectors", client->space.sectors);
+    answer_add_count(answer, "ready_sectors", "erased", client->state.ready);
+    answer_add_count(answer, "reserve_sectors", "needed for arming", client->state.reserve);
+    answer_add_count(answer, "dirty_sectors", "not yet erased", client->space.dirty);
+    answer_add_count(answer, "bad_sectors", "bad", client->space.bad);
+    answer_add_value(answer, "wear", "erases per sector", UNIT_NUMBER, (double)client->space.wear,
+                     2);
+    answer_add_value(answer, "wait", NULL, UNIT_TIME, (double)client->state.wait_s, 1);
     answer_open_table(answer, "records", "");
     for (size_t i = 0; i < client->count; i++) {
         answer_open_row(answer);
         add_record(&client->records[i], answer);
     }
     answer_close_group(answer);
-    return answer_show(request->cli, answer, 0);
+    return answer_print(request->cli, answer, 0);
 }
 
 static int report_record(const struct request *request, const struct box_client_record *r,
-                         size_t absent, const struct boxfill *filled)
+                         size_t absent, const struct backfill *filled)
 {
     struct answer *answer = answer_new(request->cli->si);
     add_record(r, answer);
-    answer_count(answer, "absent_pages", "not read", (int64_t)absent)->suffix = " pages";
-    answer_words(answer, "db", NULL, "%s", request->db);
-    answer_count(answer, "run", "RUN", filled->run)->suffix = filled->is_new_landing ? " (new)"
-                                                                                     : NULL;
-    answer_flag(answer, "new_landing", NULL, filled->is_new_landing);
-    answer_count(answer, "filled_blocks", "blocks added", filled->filled_blocks)->suffix =
+    answer_add_count(answer, "absent_pages", "not read", (int64_t)absent)->suffix = " pages";
+    answer_add_text(answer, "db", NULL, "%s", request->db);
+    answer_add_count(answer, "run", "RUN", filled->run)->suffix = filled->is_new_landing ? " (new)"
+                                                                                         : NULL;
+    answer_add_flag(answer, "new_landing", NULL, filled->is_new_landing);
+    answer_add_count(answer, "filled_blocks", "blocks added", filled->filled_blocks)->suffix =
         " from the black box";
-    answer_count(answer, "filled_edges", "edges added", filled->filled_edges);
-    answer_count(answer, "absent_blocks", "blocks missing", filled->missing_blocks)->suffix =
+    answer_add_count(answer, "filled_edges", "edges added", filled->filled_edges);
+    answer_add_count(answer, "absent_blocks", "blocks missing", filled->missing_blocks)->suffix =
         " (missing in the black box, too)";
-    return answer_show(request->cli, answer, absent ? mr_status_exit_code(MR_LIMIT) : 0);
+    return answer_print(request->cli, answer, absent ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
 /* Stores the configuration under which the record was made, if it is still the board's
@@ -307,7 +308,7 @@ static void store_configuration(const struct request *request, struct box_client
 static int read_record(const struct request *request, struct box_client *client)
 {
     const struct box_client_record *r = NULL;
-    struct boxfill filled = {0};
+    struct backfill filled = {0};
     for (size_t i = 0; i < client->count; i++) {
         if (client->records[i].record.record == request->number)
             r = &client->records[i];
@@ -326,8 +327,8 @@ static int read_record(const struct request *request, struct box_client *client)
     struct store *store = program_open_or_create_campaign(request->cli, request->db);
     int64_t run = request->run;
     store_find_run(store, &run, fatal);
-    boxfill_store_record(store, request->serial, run, (const uint8_t(*)[MR_BOXPAGE_BYTES])pages,
-                         present, count, &filled, fatal);
+    backfill_store_record(store, request->serial, run, (const uint8_t(*)[MR_BOXPAGE_BYTES])pages,
+                          present, count, &filled, fatal);
     store_configuration(request, client, store, filled.run);
     free(pages);
     free(present);
@@ -367,30 +368,30 @@ static int print_identity(const struct request *request, const struct identity *
     identity_uid_text(identity, uid);
     snprintf(version, sizeof version, "%u.%u.%u", hello->major, hello->minor, hello->patch);
     struct answer *answer = answer_new(request->cli->si);
-    answer_words(answer, "board", "board", "%s", uid);
+    answer_add_text(answer, "board", "board", "%s", uid);
     if (identity->board_known && mr_board_by_number(identity->board_type))
-        answer_words(answer, "kind", "kind of board", "%s",
-                     mr_board_by_number(identity->board_type)->name);
+        answer_add_text(answer, "kind", "kind of board", "%s",
+                        mr_board_by_number(identity->board_type)->name);
     else
-        answer_no_value(answer, "kind", NULL, NULL);
-    answer_words(answer, "firmware", "firmware", "%s", version);
-    answer_words(answer, "commit", "commit", "%s", commit);
-    answer_count(answer, "image_crc", NULL, identity->image_crc);
-    answer_words(answer, NULL, "program", "%08x", (unsigned)identity->image_crc);
-    answer_words(answer, "image", "image", "%s", mr_image_state_text(state));
+        answer_add_missing_value(answer, "kind", NULL, NULL);
+    answer_add_text(answer, "firmware", "firmware", "%s", version);
+    answer_add_text(answer, "commit", "commit", "%s", commit);
+    answer_add_count(answer, "image_crc", NULL, identity->image_crc);
+    answer_add_text(answer, NULL, "program", "%08x", (unsigned)identity->image_crc);
+    answer_add_text(answer, "image", "image", "%s", mr_image_state_text(state));
     if (identity->key_known)
-        answer_words(answer, "orders", "orders", "%s", mr_key_state_text(identity->key.state));
+        answer_add_text(answer, "orders", "orders", "%s", mr_key_state_text(identity->key.state));
     else
-        answer_no_value(answer, "orders", NULL, NULL);
+        answer_add_missing_value(answer, "orders", NULL, NULL);
     if (image) {
         answer_open_group(answer, "compared", "");
-        answer_words(answer, "file", "compared", "%s", image->path);
-        answer_flag(answer, "same", "running this image", same);
-        answer_words(answer, "difference", same ? NULL : "difference", "%s", why);
+        answer_add_text(answer, "file", "compared", "%s", image->path);
+        answer_add_flag(answer, "same", "running this image", same);
+        answer_add_text(answer, "difference", same ? NULL : "difference", "%s", why);
         answer_close_group(answer);
     } else
-        answer_no_value(answer, "compared", NULL, NULL);
-    return answer_show(request->cli, answer, exit_code);
+        answer_add_missing_value(answer, "compared", NULL, NULL);
+    return answer_print(request->cli, answer, exit_code);
 }
 
 static int report_identity(const struct request *request, struct dialogue *dialogue)
@@ -422,15 +423,15 @@ static void add_shunts(const struct gage_client *client, struct answer *answer)
         const struct mr_shunt_result *r = &client->shunts.result[i];
         const struct mr_shunt_check *c = &client->shunts.check[i];
         answer_open_row(answer);
-        answer_count(answer, "gage", "gage", r->gage);
-        answer_value(answer, "span", "span", UNIT_TENSION, (double)r->span_lb, 3)->digits = 7;
-        answer_value(answer, "expected", "expected", UNIT_TENSION, (double)c->expected_lb, 2);
-        answer_value(answer, "noise", "noise", UNIT_TENSION, (double)r->noise_lb, 3);
-        answer_value(answer, "change", "change", UNIT_TENSION, (double)c->change_lb, 3)
+        answer_add_count(answer, "gage", "gage", r->gage);
+        answer_add_value(answer, "span", "span", UNIT_TENSION, (double)r->span_lb, 3)->digits = 7;
+        answer_add_value(answer, "expected", "expected", UNIT_TENSION, (double)c->expected_lb, 2);
+        answer_add_value(answer, "noise", "noise", UNIT_TENSION, (double)r->noise_lb, 3);
+        answer_add_value(answer, "change", "change", UNIT_TENSION, (double)c->change_lb, 3)
             ->shows_sign = true;
-        answer_value(answer, NULL, "at rest", UNIT_TENSION, (double)c->zero_change_lb, 3)
+        answer_add_value(answer, NULL, "at rest", UNIT_TENSION, (double)c->zero_change_lb, 3)
             ->shows_sign = true;
-        answer_words(answer, "verdict", "verdict", "%s", shunts_verdict_text(r->verdict));
+        answer_add_text(answer, "verdict", "verdict", "%s", shunts_verdict_text(r->verdict));
     }
     answer_close_group(answer);
 }
@@ -442,14 +443,14 @@ static void add_zeros(const struct gage_client *client, struct answer *answer)
         const struct mr_zero_result *z = &client->zero[i];
         bool tension = z->index >= MR_TRANSDUCERS;
         answer_open_row(answer);
-        answer_words(answer, NULL, "channel", "%s %u", tension ? "gage" : "transducer",
-                     tension ? z->index - MR_TRANSDUCERS + 1u : z->index + 1u);
-        answer_count(answer, "channel", NULL, z->index);
-        answer_value(answer, "zero_code", "zero, codes", UNIT_NUMBER, (double)z->zero_code, 3)
+        answer_add_text(answer, NULL, "channel", "%s %u", tension ? "gage" : "transducer",
+                        tension ? z->index - MR_TRANSDUCERS + 1u : z->index + 1u);
+        answer_add_count(answer, "channel", NULL, z->index);
+        answer_add_value(answer, "zero_code", "zero, codes", UNIT_NUMBER, (double)z->zero_code, 3)
             ->digits = 7;
-        answer_value(answer, "spread_codes", "spread, codes", UNIT_NUMBER, (double)z->spread_codes,
-                     2);
-        answer_words(answer, "verdict", "verdict", "%s", mr_zero_verdict_text(z->verdict));
+        answer_add_value(answer, "spread_codes", "spread, codes", UNIT_NUMBER,
+                         (double)z->spread_codes, 2);
+        answer_add_text(answer, "verdict", "verdict", "%s", mr_zero_verdict_text(z->verdict));
     }
     answer_close_group(answer);
 }
@@ -462,14 +463,14 @@ static int run_gages(const struct request *request, struct dialogue *dialogue)
                      fatal);
     bool good = client.ack.status == MR_OK;
     struct answer *answer = answer_new(request->cli->si);
-    answer_flag(answer, "good", NULL, good);
+    answer_add_flag(answer, "good", NULL, good);
     add_shunts(&client, answer);
     add_zeros(&client, answer);
     if (zero)
-        answer_sentence(answer, NULL,
-                        good ? "these zeros are active until the board is reset or reconfigured"
-                             : "no zero was measured");
-    return answer_show(request->cli, answer, good ? 0 : mr_status_exit_code(MR_LIMIT));
+        answer_add_sentence(answer, NULL,
+                            good ? "these zeros are active until the board is reset or reconfigured"
+                                 : "no zero was measured");
+    return answer_print(request->cli, answer, good ? 0 : mr_status_exit_code(MR_LIMIT));
 }
 
 /* ---- arm and disarm ---- */
@@ -547,36 +548,36 @@ static int print_runway(const struct runway_client *client, const struct cli *cl
     const struct mr_runway_store *stored = &client->stored;
     struct answer *answer = answer_new(cli->si);
     char a[40], b[40];
-    answer_words(answer, "source", "runway", "%s", mr_runway_source_text(stored->source));
-    answer_count(answer, "mats", "mats", state->mats);
-    answer_count(answer, "landings", "landings", state->landings);
-    answer_value(answer, "resistance", "resistance", UNIT_NUMBER, (double)state->scale, 2)->suffix =
-        " times the configured closing resistance";
-    answer_count(answer, "crc", NULL, (int64_t)stored->crc);
-    answer_words(answer, NULL, "CRC", "%08x", (unsigned)stored->crc);
-    answer_words(answer, "copy_a", "copy A", "%s", runway_copy_text(stored->copy_a, a));
-    answer_words(answer, "copy_b", "copy B", "%s", runway_copy_text(stored->copy_b, b));
-    answer_count(answer, "closed_joints", NULL, count_closed_joints(state));
-    answer_words(answer, NULL, "joints", "%u of %u closed to within 0.002 in",
-                 count_closed_joints(state), state->mats + 1u);
+    answer_add_text(answer, "source", "runway", "%s", mr_runway_source_text(stored->source));
+    answer_add_count(answer, "mats", "mats", state->mats);
+    answer_add_count(answer, "landings", "landings", state->landings);
+    answer_add_value(answer, "resistance", "resistance", UNIT_NUMBER, (double)state->scale, 2)
+        ->suffix = " times the configured closing resistance";
+    answer_add_count(answer, "crc", NULL, (int64_t)stored->crc);
+    answer_add_text(answer, NULL, "CRC", "%08x", (unsigned)stored->crc);
+    answer_add_text(answer, "copy_a", "copy A", "%s", runway_copy_text(stored->copy_a, a));
+    answer_add_text(answer, "copy_b", "copy B", "%s", runway_copy_text(stored->copy_b, b));
+    answer_add_count(answer, "closed_joints", NULL, count_closed_joints(state));
+    answer_add_text(answer, NULL, "joints", "%u of %u closed to within 0.002 in",
+                    count_closed_joints(state), state->mats + 1u);
     answer_open_list(answer, "gap_in", NULL);
     for (unsigned j = 0; j <= state->mats; j++)
-        answer_value(answer, NULL, NULL, UNIT_NUMBER, state->gap_hmil[j] / HMIL_PER_IN, 5);
+        answer_add_value(answer, NULL, NULL, UNIT_NUMBER, state->gap_hmil[j] / HMIL_PER_IN, 5);
     answer_close_group(answer);
     answer_open_table(answer, NULL,
                       "openings in rows of joints, starting with the joint in the first column");
     for (unsigned s = 0; 10 * s <= state->mats; s += OPENINGS_PER_ROW) {
         answer_open_row(answer);
-        answer_count(answer, NULL, "joint", 10 * s + 1);
+        answer_add_count(answer, NULL, "joint", 10 * s + 1);
         for (unsigned i = 0; i < OPENINGS_PER_ROW && 10 * (s + i) <= state->mats; i++) {
             char label[12];
             snprintf(label, sizeof label, "+%u", 10 * i);
-            answer_value(answer, NULL, label, UNIT_DISPLACEMENT, segment_opening_in(state, s + i),
-                         4);
+            answer_add_value(answer, NULL, label, UNIT_DISPLACEMENT,
+                             segment_opening_in(state, s + i), 4);
         }
     }
     answer_close_group(answer);
-    return answer_show(cli, answer, 0);
+    return answer_print(cli, answer, 0);
 }
 
 static void write_runway(const char *path, const struct mr_predictor_state *state)
@@ -739,11 +740,11 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
         keyfile_activate(uid, fatal);
     keyfile_path(uid, path);
     struct answer *answer = answer_new(request->cli->si);
-    answer_words(answer, "board", "board", "%s", uid);
-    answer_words(answer, "key", "key", "%s", new ? "set" : "cleared");
+    answer_add_text(answer, "board", "board", "%s", uid);
+    answer_add_text(answer, "key", "key", "%s", new ? "set" : "cleared");
     if (new)
-        answer_words(answer, "file", "key file", "%s", path);
-    return answer_show(request->cli, answer, 0);
+        answer_add_text(answer, "file", "key file", "%s", path);
+    return answer_print(request->cli, answer, 0);
 }
 
 /* ---- the command line ---- */

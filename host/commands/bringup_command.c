@@ -49,7 +49,7 @@ static void format_limits(const struct bringup_result *j, char out[VALUE_TEXT_SI
     const struct bringup_limit *limit = j->limit;
     bool hexadecimal = j->line && strncmp(j->line->value, "0x", 2) == 0;
     if (!limit || (limit->words && !*limit->words) ||
-        (!limit->words && (limit->verdict_beyond == BRINGUP_OK || isnan(j->min))))
+        (!limit->words && (limit->verdict_if_outside == BRINGUP_OK || isnan(j->min))))
         *out = 0;
     else if (limit->words)
         snprintf(out, VALUE_TEXT_SIZE, "%s", limit->words);
@@ -103,10 +103,10 @@ static void print_row(struct answer *answer, const struct bringup_result *j, siz
     else
         snprintf(name, sizeof name, "%s", j->name);
     answer_open_row(answer);
-    answer_words(answer, NULL, "verdict", "%s", bringup_verdict_text(j->verdict));
-    answer_words(answer, NULL, "line", "%s", name);
-    answer_words(answer, NULL, "value", "%s", value);
-    answer_words(answer, NULL, "should be", "%s", limits);
+    answer_add_text(answer, NULL, "verdict", "%s", bringup_verdict_text(j->verdict));
+    answer_add_text(answer, NULL, "line", "%s", name);
+    answer_add_text(answer, NULL, "value", "%s", value);
+    answer_add_text(answer, NULL, "should be", "%s", limits);
 }
 
 static void print_advice(struct answer *answer, const struct bringup_result *judged, size_t count)
@@ -117,9 +117,10 @@ static void print_advice(struct answer *answer, const struct bringup_result *jud
             continue;
         const char *what = !j->limit ? "unknown line: the image may be of a different version"
                                      : j->limit->advice;
-        answer_sentence(answer, NULL, "%s: %s: %s%s%s%s", bringup_verdict_text(j->verdict), j->name,
-                        what, j->limit && *j->limit->source ? " [" : "",
-                        j->limit ? j->limit->source : "", j->limit && *j->limit->source ? "]" : "");
+        answer_add_sentence(answer, NULL, "%s: %s: %s%s%s%s", bringup_verdict_text(j->verdict),
+                            j->name, what, j->limit && *j->limit->source ? " [" : "",
+                            j->limit ? j->limit->source : "",
+                            j->limit && *j->limit->source ? "]" : "");
     }
 }
 
@@ -128,7 +129,7 @@ static void print_advice(struct answer *answer, const struct bringup_result *jud
 static int check_values(const struct request *request, const struct bringup *b)
 {
     static struct bringup_result judged[BRINGUP_RESULTS_MAX];
-    size_t count = bringup_judge(b, judged), verdicts[BRINGUP_WRONG + 1] = {0};
+    size_t count = bringup_check_limits(b, judged), verdicts[BRINGUP_WRONG + 1] = {0};
     enum bringup_verdict worst = bringup_worst_verdict(judged, count);
     const struct bringup_line *uid = bringup_find(b, "uid");
     json_t *lines = json_array();
@@ -137,10 +138,10 @@ static int check_values(const struct request *request, const struct bringup *b)
         verdicts[judged[i].verdict]++;
         json_array_append_new(lines, line_to_json(&judged[i]));
     }
-    answer_words(answer, "section", NULL, "%s", b->section);
-    answer_words_or_none(answer, "board", NULL, uid ? uid->value : NULL, NULL);
-    answer_words(answer, "verdict", NULL, "%s", bringup_verdict_text(worst));
-    answer_json_value(answer, "lines", lines);
+    answer_add_text(answer, "section", NULL, "%s", b->section);
+    answer_add_text_or_missing(answer, "board", NULL, uid ? uid->value : NULL, NULL);
+    answer_add_text(answer, "verdict", NULL, "%s", bringup_verdict_text(worst));
+    answer_add_json(answer, "lines", lines);
     answer_open_table(answer, NULL, b->section);
     for (size_t i = 0; i < count;) {
         size_t group = find_group_size(judged, count, i);
@@ -149,10 +150,10 @@ static int check_values(const struct request *request, const struct bringup *b)
     }
     answer_close_group(answer);
     print_advice(answer, judged, count);
-    answer_sentence(answer, NULL, "%zu ok, %zu to look at, %zu wrong", verdicts[BRINGUP_OK],
-                    verdicts[BRINGUP_SUSPECT], verdicts[BRINGUP_WRONG]);
-    return answer_show(request->cli, answer,
-                       worst == BRINGUP_WRONG ? mr_status_exit_code(MR_LIMIT) : 0);
+    answer_add_sentence(answer, NULL, "%zu ok, %zu to look at, %zu wrong", verdicts[BRINGUP_OK],
+                        verdicts[BRINGUP_SUSPECT], verdicts[BRINGUP_WRONG]);
+    return answer_print(request->cli, answer,
+                        worst == BRINGUP_WRONG ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
 /* ---- the board ---- */

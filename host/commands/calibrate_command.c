@@ -62,39 +62,40 @@ static int show_fit(const struct request *r, const struct calibrate_points *poin
 {
     const char *unit = find_unit_text(r), *end = r->channel < MR_TRANSDUCERS ? " in" : " lb";
     struct answer *answer = answer_new(r->cli->si);
-    answer_words(answer, "channel", "channel", "%s", r->channel_text);
-    answer_words(answer, NULL, "from", "%zu points between %g and %g %s", points->count, fit->low,
-                 fit->high, unit);
-    answer_words(answer, "values_read_in", "unit of the values", "%s",
-                 points->unit ? points->unit->word : unit);
-    answer_words(answer, "unit", NULL, "%s", unit);
-    answer_words(answer, NULL, "gain", "%.7g %s per code +- %.4g %%", fit->unit_per_code, unit,
-                 100.0 * fit->gain_error);
-    answer_value(answer, "unit_per_code", NULL, UNIT_NUMBER, fit->unit_per_code, 9)->digits = 9;
-    answer_value(answer, "gain_error", NULL, UNIT_NUMBER, fit->gain_error, 5);
-    answer_value(answer, "zero_code", "zero code", UNIT_NUMBER, fit->zero_code, 3)->digits = 9;
-    answer_remark(answer, " codes");
-    answer_value(answer, "zero_error", "zero's error", UNIT_NUMBER, fit->zero_error, 5)->suffix =
-        end;
-    answer_value(answer, "linearity_error",
-                 channel->points ? "residual of the table" : "residual of the line", UNIT_NUMBER,
-                 fit->linearity_error, 5)
+    answer_add_text(answer, "channel", "channel", "%s", r->channel_text);
+    answer_add_text(answer, NULL, "from", "%zu points between %g and %g %s", points->count,
+                    fit->low, fit->high, unit);
+    answer_add_text(answer, "values_read_in", "unit of the values", "%s",
+                    points->unit ? points->unit->word : unit);
+    answer_add_text(answer, "unit", NULL, "%s", unit);
+    answer_add_text(answer, NULL, "gain", "%.7g %s per code +- %.4g %%", fit->unit_per_code, unit,
+                    100.0 * fit->gain_error);
+    answer_add_value(answer, "unit_per_code", NULL, UNIT_NUMBER, fit->unit_per_code, 9)->digits = 9;
+    answer_add_value(answer, "gain_error", NULL, UNIT_NUMBER, fit->gain_error, 5);
+    answer_add_value(answer, "zero_code", "zero code", UNIT_NUMBER, fit->zero_code, 3)->digits = 9;
+    answer_append_remark(answer, " codes");
+    answer_add_value(answer, "zero_error", "zero's error", UNIT_NUMBER, fit->zero_error, 5)
         ->suffix = end;
-    answer_count(answer, "table_points", NULL, channel->points);
+    answer_add_value(answer, "linearity_error",
+                     channel->points ? "residual of the table" : "residual of the line",
+                     UNIT_NUMBER, fit->linearity_error, 5)
+        ->suffix = end;
+    answer_add_count(answer, "table_points", NULL, channel->points);
     answer_open_table(answer, "points", "");
     for (size_t i = 0; i < points->count; i++) {
         answer_open_row(answer);
-        answer_value(answer, "value", unit, UNIT_NUMBER, points->point[i].value, 4)->digits = 8;
-        answer_value(answer, "code", "codes", UNIT_NUMBER, points->point[i].code, 3)->digits = 9;
-        answer_value(answer, "residual", "residual", UNIT_NUMBER, fit->residual[i], 5)->shows_sign =
-            true;
+        answer_add_value(answer, "value", unit, UNIT_NUMBER, points->point[i].value, 4)->digits = 8;
+        answer_add_value(answer, "code", "codes", UNIT_NUMBER, points->point[i].code, 3)->digits =
+            9;
+        answer_add_value(answer, "residual", "residual", UNIT_NUMBER, fit->residual[i], 5)
+            ->shows_sign = true;
         if (i == fit->worst_point)
-            answer_words(answer, NULL, " ", "worst");
+            answer_add_text(answer, NULL, " ", "worst");
     }
     answer_close_group(answer);
-    answer_words_or_none(answer, "accepted", r->accept ? "accepted" : NULL, r->accept, NULL);
-    answer_words_or_none(answer, "file", r->output ? "written to" : NULL, r->output, NULL);
-    return answer_show(r->cli, answer, code);
+    answer_add_text_or_missing(answer, "accepted", r->accept ? "accepted" : NULL, r->accept, NULL);
+    answer_add_text_or_missing(answer, "file", r->output ? "written to" : NULL, r->output, NULL);
+    return answer_print(r->cli, answer, code);
 }
 
 #define ACCEPTED_DEVIATION_TEXT ": deviation from the fit accepted: "

@@ -94,7 +94,7 @@ static int print_verdict(const struct compare_verdict *verdict, struct answer *a
                          const struct cli *cli)
 {
     struct error error = {0};
-    int exit_code = answer_show(cli, answer, 0);
+    int exit_code = answer_print(cli, answer, 0);
     if (verdict->failed_limits > 1)
         error_set(&error, MR_LIMIT, "%s; and %zu more of %zu limits fail", verdict->worst_text,
                   verdict->failed_limits - 1, verdict->checked_limits);
@@ -127,7 +127,7 @@ static int compare_one_landing(struct store *store, const struct request *reques
 static void show_progress(void *ctx, size_t done, size_t of)
 {
     const struct cli *cli = ctx;
-    if (!cli->quiet && cli_can_draw_on_stderr())
+    if (!cli->quiet && cli_is_stderr_terminal())
         fprintf(stderr, "\r%zu of %zu landings%s", done, of, done == of ? "\n" : "");
 }
 

@@ -747,24 +747,24 @@ static int show_day(const struct day *day)
 {
     struct command_line line;
     struct answer *answer = answer_new(false);
-    answer_words(answer, "db", NULL, "%s", day->r.db);
-    answer_words(answer, "next", NULL, "%s", step_words[day->plan.next].key);
-    answer_words(answer, "reason", NULL, "%s", day->plan.reason[day->plan.next]);
+    answer_add_text(answer, "db", NULL, "%s", day->r.db);
+    answer_add_text(answer, "next", NULL, "%s", step_words[day->plan.next].key);
+    answer_add_text(answer, "reason", NULL, "%s", day->plan.reason[day->plan.next]);
     char *text = make_step_line(day, day->plan.next, &line) ? day_format_line(&line) : NULL;
-    answer_words_or_none(answer, "command", NULL, text, NULL);
+    answer_add_text_or_missing(answer, "command", NULL, text, NULL);
     free(text);
-    answer_flag(answer, "logging", NULL, day->facts.is_logging);
-    answer_count(answer, "run", NULL, day->facts.run);
-    answer_count(answer, "landings_today", NULL, day->facts.landings_today);
+    answer_add_flag(answer, "logging", NULL, day->facts.is_logging);
+    answer_add_count(answer, "run", NULL, day->facts.run);
+    answer_add_count(answer, "landings_today", NULL, day->facts.landings_today);
     answer_open_table(answer, "steps", "");
     for (enum day_step step = 0; step < DAY_STEPS; step++) {
         answer_open_row(answer);
-        answer_words(answer, "step", NULL, "%s", step_words[step].key);
-        answer_words(answer, "state", NULL, "%s", state_text(day->plan.state[step]));
-        answer_words(answer, "reason", NULL, "%s", day->plan.reason[step]);
+        answer_add_text(answer, "step", NULL, "%s", step_words[step].key);
+        answer_add_text(answer, "state", NULL, "%s", state_text(day->plan.state[step]));
+        answer_add_text(answer, "reason", NULL, "%s", day->plan.reason[step]);
     }
     answer_close_group(answer);
-    return answer_show(day->cli, answer, 0);
+    return answer_print(day->cli, answer, 0);
 }
 
 /* Asks before a new campaign is created, because the name may be mistyped. */

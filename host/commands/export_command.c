@@ -56,9 +56,9 @@ static void write_csv_provenance(const struct measured *measured, bool si, FILE 
     fputs("# source: one character per channel: S serial, B black box, C CAN (each value is a mean "
           "over 2 blocks for displacements, 4 for tensions, and is repeated), - none\n",
           out);
-    fprintf(out, "# units: %s, s, %s, %s, %s\n", unit_of(UNIT_STATION, si)->text,
-            unit_of(UNIT_SPEED, si)->text, unit_of(UNIT_DISPLACEMENT, si)->text,
-            unit_of(UNIT_TENSION, si)->text);
+    fprintf(out, "# units: %s, s, %s, %s, %s\n", unit_get(UNIT_STATION, si)->text,
+            unit_get(UNIT_SPEED, si)->text, unit_get(UNIT_DISPLACEMENT, si)->text,
+            unit_get(UNIT_TENSION, si)->text);
 }
 
 /* Writes two standard errors per channel (common/channels.h): of a single reading at the peak, and
@@ -71,7 +71,7 @@ static void write_csv_errors(const struct measured *measured,
     for (size_t c = 0; c < count; c++) {
         const struct measured_channel *channel = channels[c];
         bool moves = channel->config.kind == MR_KIND_DISPLACEMENT;
-        double factor = unit_of(moves ? UNIT_DISPLACEMENT : UNIT_TENSION, si)->factor;
+        double factor = unit_get(moves ? UNIT_DISPLACEMENT : UNIT_TENSION, si)->factor;
         double single = measured_error(measured, channel, channel->peak, 1.0);
         if (!isnan(single))
             fprintf(out, " %c%u %.*f %.*f", moves ? 'd' : 't', channel->config.number,
@@ -96,11 +96,11 @@ static void write_csv_row(const struct measured *measured, const struct measured
     double error_ft_s;
     double speed_ft_s = measured_speed_ft_s(measured, t_s, &error_ft_s);
     fprintf(out, "%.7f,%lld", t_s, (long long)(measured->first_block + (int64_t)sample));
-    write_csv_cell(out, measured_station_ft(measured, t_s) * unit_of(UNIT_STATION, si)->factor, 4);
-    write_csv_cell(out, speed_ft_s * unit_of(UNIT_SPEED, si)->factor, 4);
+    write_csv_cell(out, measured_station_ft(measured, t_s) * unit_get(UNIT_STATION, si)->factor, 4);
+    write_csv_cell(out, speed_ft_s * unit_get(UNIT_SPEED, si)->factor, 4);
     for (size_t c = 0; c < count; c++) {
         bool moves = channels[c]->config.kind == MR_KIND_DISPLACEMENT;
-        const struct unit *unit = unit_of(moves ? UNIT_DISPLACEMENT : UNIT_TENSION, si);
+        const struct unit *unit = unit_get(moves ? UNIT_DISPLACEMENT : UNIT_TENSION, si);
         write_csv_cell(out, measured_value(channels[c], sample) * unit->factor, moves ? 5 : 3);
         uint8_t v = channels[c]->validity[sample];
         validity[c] = (char)(v == MEASURED_LOST ? 'L' : v == MEASURED_NOT_VALID ? 'n' : '0' + v);
@@ -124,12 +124,12 @@ static void export_csv(struct store *store, int64_t run, FILE *out, const struct
     size_t count = measured_list_channels(&measured, channels);
     write_csv_provenance(&measured, cli->si, out);
     write_csv_errors(&measured, channels, count, cli->si, out);
-    fprintf(out, "t_s,block,gear_%s,speed_%s", unit_of(UNIT_STATION, cli->si)->suffix,
-            unit_of(UNIT_SPEED, cli->si)->suffix);
+    fprintf(out, "t_s,block,gear_%s,speed_%s", unit_get(UNIT_STATION, cli->si)->suffix,
+            unit_get(UNIT_SPEED, cli->si)->suffix);
     for (size_t c = 0; c < count; c++) {
         bool moves = channels[c]->config.kind == MR_KIND_DISPLACEMENT;
         fprintf(out, ",%c%u_%s", moves ? 'd' : 't', channels[c]->config.number,
-                unit_of(moves ? UNIT_DISPLACEMENT : UNIT_TENSION, cli->si)->suffix);
+                unit_get(moves ? UNIT_DISPLACEMENT : UNIT_TENSION, cli->si)->suffix);
     }
     fputs(",validity,source\n", out);
     for (size_t i = 0; i < measured.samples; i++)
@@ -143,7 +143,7 @@ static void export_csv(struct store *store, int64_t run, FILE *out, const struct
 static void write_film_csv(const struct measured *measured, const struct film *film, bool si,
                            FILE *out)
 {
-    const struct unit *station = unit_of(UNIT_STATION, si), *speed = unit_of(UNIT_SPEED, si);
+    const struct unit *station = unit_get(UNIT_STATION, si), *speed = unit_get(UNIT_SPEED, si);
     const struct store_landing *landing = &measured->landing;
     fprintf(
         out,

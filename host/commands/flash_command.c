@@ -80,7 +80,7 @@ static void show_output(const struct session *to, const char *part, const char *
     const char *percent = strrchr(output, '(');
     char *end;
     double value = percent ? strtod(percent + 1, &end) : 0;
-    if (cli_can_draw_on_stderr() && !to->cli->quiet && percent && *end == '%')
+    if (cli_is_stderr_terminal() && !to->cli->quiet && percent && *end == '%')
         fprintf(stderr, "\rmatrig: flash: %s %.0f %%\033[K", part, value);
 }
 
@@ -201,7 +201,7 @@ static enum mr_status write_part(const struct session *to, const char *folder,
 static bool find_image_part(const struct imagefile *image, uint32_t from, uint32_t to,
                             struct image_part *part)
 {
-    while (to > from && !image->is_given[to - 1])
+    while (to > from && !image->is_present[to - 1])
         to--;
     part->address = from;
     part->bytes = image->bytes + from;
@@ -359,7 +359,7 @@ static enum mr_status program_chip(struct session *session, const char *tty, str
                            chip, session->chip, session->spec);
     if (status == MR_OK)
         status = stm32flash_program(session, error);
-    if (cli_can_draw_on_stderr() && !session->cli->quiet)
+    if (cli_is_stderr_terminal() && !session->cli->quiet)
         fputs("\r\033[K", stderr);
     return status;
 }
@@ -371,34 +371,34 @@ static void add_image(const struct imagefile *image, struct answer *answer)
 {
     const struct mr_image *header = &image->header;
     char commit[MR_IMAGE_COMMIT_TEXT] = "";
-    answer_words(answer, "image", "image", "%s", image->path);
+    answer_add_text(answer, "image", "image", "%s", image->path);
     if (!image->has_header) {
-        answer_no_value(answer, "version", "version", "no header");
-        answer_no_value(answer, "commit", NULL, NULL);
-        answer_no_value(answer, "program_crc", NULL, NULL);
-        answer_no_value(answer, "for_board", NULL, NULL);
+        answer_add_missing_value(answer, "version", "version", "no header");
+        answer_add_missing_value(answer, "commit", NULL, NULL);
+        answer_add_missing_value(answer, "program_crc", NULL, NULL);
+        answer_add_missing_value(answer, "for_board", NULL, NULL);
         return;
     }
     mr_image_commit_text(header->commit, header->commit_more, header->is_modified, commit);
-    answer_words(answer, "version", "version", "%u.%u.%u", header->major, header->minor,
-                 header->patch);
-    answer_words(answer, "commit", "commit", "%s", commit);
-    answer_words(answer, "program_crc", "program", "%08x", (unsigned)header->program_crc);
-    answer_words(answer, "for_board", "for board", "%s", board_name(header->board));
+    answer_add_text(answer, "version", "version", "%u.%u.%u", header->major, header->minor,
+                    header->patch);
+    answer_add_text(answer, "commit", "commit", "%s", commit);
+    answer_add_text(answer, "program_crc", "program", "%08x", (unsigned)header->program_crc);
+    answer_add_text(answer, "for_board", "for board", "%s", board_name(header->board));
 }
 
 static void add_result(const struct session *session, bool already, struct answer *answer)
 {
     add_image(&session->image, answer);
-    answer_count(answer, "verified_bytes", already ? NULL : "read back",
-                 already ? 0 : session->image.given_count)
+    answer_add_count(answer, "verified_bytes", already ? NULL : "read back",
+                     already ? 0 : session->image.present_count)
         ->suffix = " bytes, identical to the file";
-    answer_flag(answer, "already", NULL, already);
-    answer_flag(answer, "runs", NULL, session->is_firmware_running || already);
-    answer_words(answer, NULL, "board", "%s",
-                 already ? "already runs this image; --force flashes it again"
-                 : session->is_firmware_running ? "runs it"
-                                                : "started");
+    answer_add_flag(answer, "already", NULL, already);
+    answer_add_flag(answer, "runs", NULL, session->is_firmware_running || already);
+    answer_add_text(answer, NULL, "board", "%s",
+                    already ? "already runs this image; --force flashes it again"
+                    : session->is_firmware_running ? "runs it"
+                                                   : "started");
 }
 
 /* Programs the board. Closes the dialogue first, because only one program can use the port. */
@@ -422,7 +422,7 @@ static int run_flash(struct session *session)
     }
     struct answer *answer = answer_new(session->cli->si);
     add_result(session, already, answer);
-    return answer_show(session->cli, answer, 0);
+    return answer_print(session->cli, answer, 0);
 }
 
 /* Id of the chip for which the image is built. */

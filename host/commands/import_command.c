@@ -24,13 +24,13 @@ static enum mr_status add_landings(struct store *store, const struct import_resu
         snprintf(label, sizeof label, "RUN %lld", (long long)result->runs[i]);
         if (frames)
             snprintf(counted, sizeof counted, ", %lld frames", (long long)frames);
-        answer_words(answer, NULL, label, "landing %lld, %s, board %s%s",
-                     (long long)landing.board_landing,
-                     mr_landing_state_text((unsigned)landing.state),
-                     landing.board_uid[0] ? landing.board_uid : "unknown", counted);
+        answer_add_text(answer, NULL, label, "landing %lld, %s, board %s%s",
+                        (long long)landing.board_landing,
+                        mr_landing_state_text((unsigned)landing.state),
+                        landing.board_uid[0] ? landing.board_uid : "unknown", counted);
     }
     if (result->run_count == 0)
-        answer_sentence(answer, NULL, "the file contains no landing");
+        answer_add_sentence(answer, NULL, "the file contains no landing");
     return error->status;
 }
 
@@ -39,36 +39,37 @@ static enum mr_status add_result(struct store *store, const struct import_reques
                                  struct answer *answer, struct error *error)
 {
     char troubles[400];
-    answer_words(answer, "file", NULL, "%s", request->path);
-    answer_words(answer, NULL, "file", "%s", row->file);
-    answer_words(answer, "verdict", "verdict", "%s", row->verdict);
-    answer_count(answer, "rows", "imported", (int64_t)result->row_count)->suffix =
+    answer_add_text(answer, "file", NULL, "%s", request->path);
+    answer_add_text(answer, NULL, "file", "%s", row->file);
+    answer_add_text(answer, "verdict", "verdict", "%s", row->verdict);
+    answer_add_count(answer, "rows", "imported", (int64_t)result->row_count)->suffix =
         strcmp(row->format, "csv") == 0 ? " rows" : " frames";
-    answer_words(answer, "sha256", "sha256", "%s", row->sha256);
-    answer_words(answer, "format", NULL, "%s", row->format);
-    answer_count(answer, "session", NULL, result->session);
-    answer_words_or_none(answer, "bus", row->bus[0] ? "bus" : NULL, row->bus[0] ? row->bus : NULL,
-                         NULL);
-    answer_count(answer, "other_interfaces", result->other_interface_frames ? "other buses" : NULL,
-                 (int64_t)result->other_interface_frames)
+    answer_add_text(answer, "sha256", "sha256", "%s", row->sha256);
+    answer_add_text(answer, "format", NULL, "%s", row->format);
+    answer_add_count(answer, "session", NULL, result->session);
+    answer_add_text_or_missing(answer, "bus", row->bus[0] ? "bus" : NULL,
+                               row->bus[0] ? row->bus : NULL, NULL);
+    answer_add_count(answer, "other_interfaces",
+                     result->other_interface_frames ? "other buses" : NULL,
+                     (int64_t)result->other_interface_frames)
         ->suffix = " frames, left out";
-    answer_count(answer, "foreign", result->counts.foreign ? "foreign" : NULL,
-                 result->counts.foreign)
+    answer_add_count(answer, "foreign", result->counts.foreign ? "foreign" : NULL,
+                     result->counts.foreign)
         ->suffix = " frames of other devices, kept as raw frames";
     if (result->counts.foreign && result->run_count == 0)
-        answer_sentence(
+        answer_add_sentence(
             answer, NULL,
             "no landing of a board at base 0x%03x found; to read a different board, use --base B",
             request->can_base);
-    answer_count(answer, "lost", result->counts.lost ? "lost" : NULL, result->counts.lost)->suffix =
-        " frames, according to the counts of the board";
+    answer_add_count(answer, "lost", result->counts.lost ? "lost" : NULL, result->counts.lost)
+        ->suffix = " frames, according to the counts of the board";
     summary_format_link_errors(result->link_fault_count, troubles, sizeof troubles);
-    answer_json_value(answer, "troubles", summary_link_errors_to_json(result->link_fault_count));
+    answer_add_json(answer, "troubles", summary_link_errors_to_json(result->link_fault_count));
     if (troubles[0])
-        answer_words(answer, NULL, "CAN link", "%s", troubles);
+        answer_add_text(answer, NULL, "CAN link", "%s", troubles);
     answer_open_list(answer, "runs", NULL);
     for (size_t i = 0; i < result->run_count; i++)
-        answer_count(answer, NULL, NULL, result->runs[i]);
+        answer_add_count(answer, NULL, NULL, result->runs[i]);
     answer_close_group(answer);
     return add_landings(store, result, answer, error);
 }
@@ -188,7 +189,7 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     command_parse(&command_import, argc, argv, cli, &r, words, &error);
     request->path = words[1];
     if (error.status == MR_OK)
-        output_check_kind(request->path, "log", &error);
+        output_check_file_format(request->path, "log", &error);
     (void)(error.status == MR_OK &&
            (!r.base ||
             link_parse_base_number(r.base, "--base", &request->can_base, &error) == MR_OK) &&
@@ -212,7 +213,7 @@ static int import_command(int argc, char **argv, const struct cli *cli)
                            row.verdict, request->path);
     int exit_code = status != MR_OK ? cli_fail(&error) : 0;
     if (told)
-        exit_code = answer_show(cli, answer, exit_code);
+        exit_code = answer_print(cli, answer, exit_code);
     else
         answer_free(answer);
     mapping_free(&mapping);

@@ -65,15 +65,16 @@ static void list_series(struct store *store, struct answer *answer)
         }
         survey_format_time(rows[i].made_us, when, sizeof when);
         answer_open_row(answer);
-        answer_words(answer, "name", "series", "%s", rows[i].name);
-        answer_words(answer, "begun", "begun", "%s", when);
-        answer_words_or_none(answer, "runway", "runway", rows[i].runway, "-");
-        answer_words_or_none(answer, "pattern", "pattern", rows[i].pattern, "-");
-        answer_words_or_none(answer, "modification", "modification", rows[i].modification, "-");
-        answer_count(answer, "landings", "landings", its);
+        answer_add_text(answer, "name", "series", "%s", rows[i].name);
+        answer_add_text(answer, "begun", "begun", "%s", when);
+        answer_add_text_or_missing(answer, "runway", "runway", rows[i].runway, "-");
+        answer_add_text_or_missing(answer, "pattern", "pattern", rows[i].pattern, "-");
+        answer_add_text_or_missing(answer, "modification", "modification", rows[i].modification,
+                                   "-");
+        answer_add_count(answer, "landings", "landings", its);
         if (rows[i].notes[0])
-            answer_words(answer, NULL, "notes", "%s", rows[i].notes);
-        answer_words_or_none(answer, "who", NULL, rows[i].who, "-");
+            answer_add_text(answer, NULL, "notes", "%s", rows[i].notes);
+        answer_add_text_or_missing(answer, "who", NULL, rows[i].who, "-");
     }
     answer_close_group(answer);
     free(rows);
@@ -137,11 +138,11 @@ static void list_withdrawn(struct store *store, struct answer *answer)
         char when[40];
         survey_format_time(rows[i].made_us, when, sizeof when);
         answer_open_row(answer);
-        answer_words(answer, "kind", "withdrawn", "%s", rows[i].kind);
-        answer_words(answer, "name", "name", "%s", rows[i].name);
-        answer_words(answer, "made", "entered", "%s", when);
-        answer_words_or_none(answer, "who", "by", rows[i].who, "-");
-        answer_words(answer, "reason", "reason", "%s", rows[i].reason);
+        answer_add_text(answer, "kind", "withdrawn", "%s", rows[i].kind);
+        answer_add_text(answer, "name", "name", "%s", rows[i].name);
+        answer_add_text(answer, "made", "entered", "%s", when);
+        answer_add_text_or_missing(answer, "who", "by", rows[i].who, "-");
+        answer_add_text(answer, "reason", "reason", "%s", rows[i].reason);
     }
     answer_close_group(answer);
     free(rows);
@@ -184,7 +185,7 @@ static void correct_number(const struct field *field, const char *text, char kep
 {
     double number, alone;
     struct quantity_error wrong;
-    const char *unit = quantity_unit_of_name(field->name);
+    const char *unit = quantity_unit_from_name(field->name);
     quantity_read(text, field->name, unit, NULL, &number, fatal);
     if (!(number >= field->low && number <= field->high))
         error_set(fatal, MR_USAGE, "out of range: %s for %s; allowed: %g to %g %s", text,
@@ -306,13 +307,13 @@ static void add_journal(const struct store_landing *landing, const struct journa
              text_or_dash(j->series.name), text_or_dash(j->series.runway),
              text_or_dash(j->series.pattern), text_or_dash(j->series.modification));
     answer_open_group(answer, NULL, heading);
-    answer_count(answer, "run", NULL, landing->id);
-    answer_count(answer, "landing", NULL, landing->board_landing);
-    answer_flag(answer, "void", NULL, j->is_void);
-    answer_words_or_none(answer, "series", NULL, j->series.name, NULL);
-    answer_words_or_none(answer, "runway", NULL, j->series.runway, NULL);
-    answer_words_or_none(answer, "pattern", NULL, j->series.pattern, NULL);
-    answer_words_or_none(answer, "modification", NULL, j->series.modification, NULL);
+    answer_add_count(answer, "run", NULL, landing->id);
+    answer_add_count(answer, "landing", NULL, landing->board_landing);
+    answer_add_flag(answer, "void", NULL, j->is_void);
+    answer_add_text_or_missing(answer, "series", NULL, j->series.name, NULL);
+    answer_add_text_or_missing(answer, "runway", NULL, j->series.runway, NULL);
+    answer_add_text_or_missing(answer, "pattern", NULL, j->series.pattern, NULL);
+    answer_add_text_or_missing(answer, "modification", NULL, j->series.modification, NULL);
     journal_add_tables(j, answer);
     answer_close_group(answer);
 }
@@ -404,7 +405,7 @@ static int landing_command(int argc, char **argv, const struct cli *cli)
         list_series(store, answer);
     if (!r.run)
         list_withdrawn(store, answer);
-    return answer_show(cli, answer, 0);
+    return answer_print(cli, answer, 0);
 }
 
 #define OPTION_VALUES struct request

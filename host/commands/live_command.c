@@ -128,7 +128,7 @@ static enum mr_status show_outcome(struct watch *watch, int64_t delay_ms, struct
 static enum mr_status run_watch(struct watch *watch, struct error *error)
 {
     sigset_t set;
-    cli_fill_end_signals(&set);
+    cli_fill_termination_signals(&set);
     sigprocmask(SIG_BLOCK, &set, NULL);
     struct pollfd signals = {.fd = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK),
                              .events = POLLIN};

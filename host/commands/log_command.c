@@ -391,7 +391,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
 
     /* use a signalfd, so that a signal between a check and a wait is not lost */
     sigset_t set;
-    cli_fill_end_signals(&set);
+    cli_fill_termination_signals(&set);
     sigprocmask(SIG_BLOCK, &set, NULL);
     /* do not end when the program that reads the output exits */
     signal(SIGPIPE, SIG_IGN);

@@ -195,8 +195,8 @@ static double read_number(const char *name, const json_t *value)
 {
     double number;
     struct quantity_error wrong;
-    return quantity_read_json(value, quantity_unit_of_name(name), &number, &wrong) ? number
-                                                                                   : (double)NAN;
+    return quantity_read_json(value, quantity_unit_from_name(name), &number, &wrong) ? number
+                                                                                     : (double)NAN;
 }
 
 static bool has_key(const struct reader *r, const char *name)
@@ -509,8 +509,8 @@ static void add_parameter_row(struct answer *answer, const struct parameter *p)
         snprintf(error, sizeof error, "+- %-10.2g", p->estimate.error);
     if (!isnan(p->low))
         snprintf(interval, sizeof interval, "; 95 %%: %.4g to %.4g", p->low, p->high);
-    answer_words(answer, NULL, p->key, "%12.6g %-13s %-10s %s%s", p->estimate.value, error, p->unit,
-                 p->source, interval);
+    answer_add_text(answer, NULL, p->key, "%12.6g %-13s %-10s %s%s", p->estimate.value, error,
+                    p->unit, p->source, interval);
     json_t *json = json_pack("{s:o,s:o,s:s,s:s}", "value", cli_json_number(p->estimate.value, 12),
                              "error", known ? cli_json_number(p->estimate.error, 6) : json_null(),
                              "unit", p->unit, "from", p->source);
@@ -518,7 +518,7 @@ static void add_parameter_row(struct answer *answer, const struct parameter *p)
         json_object_set_new(json, "low", cli_json_number(p->low, 6));
         json_object_set_new(json, "high", cli_json_number(p->high, 6));
     }
-    answer_json_value(answer, p->key, json);
+    answer_add_json(answer, p->key, json);
 }
 
 static struct answer *make_answer(const struct reader *r, json_t *scene,
@@ -529,7 +529,7 @@ static struct answer *make_answer(const struct reader *r, json_t *scene,
     for (size_t i = 0; i < r->count; i++)
         add_parameter_row(answer, &r->parameters[i]);
     answer_close_group(answer);
-    answer_json_value(answer, "scene", json_incref(scene));
+    answer_add_json(answer, "scene", json_incref(scene));
     if (push) {
         answer_open_group(answer, "push", "");
         push_add_law(answer, &push->ground, &push->setting);
@@ -576,7 +576,7 @@ static int params_command(int argc, char **argv, const struct cli *cli)
     json_decref(scene);
     push_readings_free(&push.readings);
     push_ground_free(&push.ground);
-    return answer_show(cli, answer, 0);
+    return answer_print(cli, answer, 0);
 }
 
 #define OPTION_VALUES struct params_request

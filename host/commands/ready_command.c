@@ -37,7 +37,7 @@ struct request {
 
 /* ---- facts of campaign and computer ---- */
 
-static struct store *open_campaign(const struct request *request, struct ready_facts *f)
+static struct store *open_campaign(const struct request *request, struct ready_inputs *f)
 {
     struct error wrong = {0};
     struct statvfs disk;
@@ -72,7 +72,7 @@ static int show_report(const struct cli *cli, const char *kind, const struct rea
                                         uid, "made_us", (json_int_t)made_us, "took_s",
                                         cli_json_number(took_s, 4), "checks", ready_json(report)),
                               exit_code);
-    ready_print(report, took_s, cli_columns(), stdout);
+    ready_print(report, took_s, cli_terminal_columns(), stdout);
     return exit_code;
 }
 
@@ -92,7 +92,7 @@ static void read_shunt_spans(const char *checks, float span_lb[MR_GAGES])
 
 /* Reads the results of this board's last landing and last shunt calibration, and its
  * certificates. */
-static void read_recent_results(struct store *store, struct ready_facts *f)
+static void read_recent_results(struct store *store, struct ready_inputs *f)
 {
     char uid[IDENTITY_UID_SIZE];
     struct store_landing *rows = NULL;
@@ -146,17 +146,17 @@ static void save_report(struct store *store, const struct identity *identity, co
     free(row.checks);
 }
 
-static int run_checks(const struct request *request, struct ready_facts *f)
+static int run_checks(const struct request *request, struct ready_inputs *f)
 {
     static struct ready_report report;
     int64_t made_us = (int64_t)link_now_us();
     double begun_s = monotonic_s();
     struct store *store = open_campaign(request, f);
     struct dialogue *dialogue = dialogue_open_for_command(request->can, request->serial);
-    ready_request_facts(dialogue, CHECKS_TIMEOUT_S - (monotonic_s() - begun_s), f, fatal);
+    ready_query_inputs(dialogue, CHECKS_TIMEOUT_S - (monotonic_s() - begun_s), f, fatal);
     dialogue_close(dialogue);
     read_recent_results(store, f);
-    ready_judge(f, &report);
+    ready_check_all(f, &report);
     if (!f->database_fault[0])
         save_report(store, &f->identity, "ready", &report, &f->shunts, made_us);
     return show_report(request->cli, "ready", &report, &f->identity, made_us,
@@ -175,12 +175,12 @@ static void note_signal(int number)
 
 struct walk_session {
     const struct request *request;
-    struct walk walk;
+    struct walk_test walk;
     uint32_t newest_clock; /* newest clock of the board, ms */
 };
 
 /* Prints one line for each switch or gage that responds. */
-static void print_response(const struct walk_session *w, enum walk_kind kind)
+static void print_response(const struct walk_session *w, enum walk_item_kind kind)
 {
     const struct walk_response *a = &w->walk.response[kind][w->walk.response_count[kind] - 1];
     if (w->request->cli->quiet || w->request->cli->json)
@@ -192,7 +192,7 @@ static void print_response(const struct walk_session *w, enum walk_kind kind)
     else if (kind == WALK_SWITCH)
         printf("edge %u: step of %.1f codes\n", w->walk.response_count[kind], a->step_codes);
     else
-        printf("%s %u\n", walk_kind_names[kind], a->number);
+        printf("%s %u\n", walk_item_kind_names[kind], a->number);
     fflush(stdout);
 }
 
@@ -206,7 +206,7 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
     struct mr_switch_event event;
     struct mr_block block;
     struct mr_clock clock;
-    enum walk_kind kind;
+    enum walk_item_kind kind;
     (void)error;
     if (message->kind == LINK_CAN)
         return MR_OK;
@@ -248,7 +248,7 @@ static enum mr_status run_walk(struct dialogue *dialogue, struct walk_session *w
     return status ?: config_client_set_live(dialogue, 0, error);
 }
 
-static int run_walk_test(const struct request *request, struct ready_facts *f)
+static int run_walk_test(const struct request *request, struct ready_inputs *f)
 {
     static struct walk_session walking;
     static struct config_client talk;
@@ -269,7 +269,7 @@ static int run_walk_test(const struct request *request, struct ready_facts *f)
     signal(SIGINT, note_signal);
     if (run_walk(dialogue, &walking, &error) != MR_OK)
         return cli_fail(&error);
-    walk_judge(&walking.walk, &report);
+    walk_check_responses(&walking.walk, &report);
     save_report(store, &dialogue->identity, "walk", &report, NULL, made_us);
     return show_report(request->cli, "walk", &report, &dialogue->identity, made_us,
                        monotonic_s() - begun_s);
@@ -279,7 +279,7 @@ static int run_walk_test(const struct request *request, struct ready_facts *f)
 
 /* Reads the expected CRC of the configuration: eight hexadecimal digits, or a file written by
  * `matrig board config get`. */
-static void read_expected(const char *text, struct ready_facts *facts)
+static void read_expected(const char *text, struct ready_inputs *facts)
 {
     static struct mr_config config;
     char *end;
@@ -305,7 +305,7 @@ static void check_request(const struct request *r)
 static int ready_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {.cli = cli};
-    struct ready_facts *facts = xcalloc(1, sizeof *facts);
+    struct ready_inputs *facts = xcalloc(1, sizeof *facts);
     struct imagefile image = {0};
     command_parse(&command_ready, argc, argv, cli, &request, &request.db, fatal);
     check_request(&request);

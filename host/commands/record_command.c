@@ -49,18 +49,18 @@ static int list_kinds(const struct cli *cli)
             const char *unit = inspection_unit(field, false);
             snprintf(range, sizeof range, "%g to %g%s%s", field->low, field->high, *unit ? " " : "",
                      unit);
-            answer_words(answer, field->name, field->name, "%s: %s%s%s%s", field->words,
-                         field->type == INSPECTION_NUMBER    ? range
-                         : field->type == INSPECTION_CHOICE  ? field->choices
-                         : field->type == INSPECTION_PICTURE ? "a file"
-                         : field->type == INSPECTION_MARKS   ? "DISTANCE: X,Y X,Y X,Y [ERROR]"
-                                                             : "a text",
-                         field->from_last ? ", kept" : "", field->limit ? "; limit: " : "",
-                         field->limit ? field->limit : "");
+            answer_add_text(answer, field->name, field->name, "%s: %s%s%s%s", field->words,
+                            field->type == INSPECTION_NUMBER    ? range
+                            : field->type == INSPECTION_CHOICE  ? field->choices
+                            : field->type == INSPECTION_PICTURE ? "a file"
+                            : field->type == INSPECTION_MARKS   ? "DISTANCE: X,Y X,Y X,Y [ERROR]"
+                                                                : "a text",
+                            field->from_last ? ", kept" : "", field->limit ? "; limit: " : "",
+                            field->limit ? field->limit : "");
         }
         answer_close_group(answer);
     }
-    return answer_show(cli, answer, 0);
+    return answer_print(cli, answer, 0);
 }
 
 /* ---- adding ---- */
@@ -97,9 +97,9 @@ static void keep_values(const struct inspections *all, const struct inspection_k
             continue;
         inspection_format(field, values, text);
         answer_open_row(answer);
-        answer_words(answer, "field", "kept", "%s", field->name);
-        answer_words(answer, "value", "value", "%s", text);
-        answer_count(answer, "record", "from record", last->row.id);
+        answer_add_text(answer, "field", "kept", "%s", field->name);
+        answer_add_text(answer, "value", "value", "%s", text);
+        answer_add_count(answer, "record", "from record", last->row.id);
     }
     answer_close_group(answer);
 }
@@ -191,7 +191,7 @@ static void read_csv(const struct request *r, struct store *store, struct inspec
     if (!in)
         error_set(fatal, MR_IO, "cannot open: %s; check the path", r->csv);
     if (getline(&header, &room, in) >= 0)
-        columns = csv_split(header + utf8_mark_length(header, strlen(header)), head, WORDS_MAX);
+        columns = csv_split(header + utf8_bom_length(header, strlen(header)), head, WORDS_MAX);
     for (size_t c = 0; c < columns; c++) {
         snprintf(text[0], sizeof text[0], "%.60s=", head[c]);
         if (strcasecmp(head[c], place) != 0 &&
@@ -336,7 +336,7 @@ static void show_uncorrected(const struct inspections *all, struct answer *answe
     }
     fclose(out);
     if (length)
-        answer_sentence(answer, NULL, "Later records still have the old value:%s.", list);
+        answer_add_sentence(answer, NULL, "Later records still have the old value:%s.", list);
     free(list);
 }
 
@@ -349,11 +349,11 @@ static void show_added(const struct inspections *all, size_t before, struct answ
             worst = inspection_judge(&all->entry[i]);
     if (worst > INSPECTION_PASS)
         inspection_add_table(all, last->kind, 0, before, answer);
-    answer_count(answer, "added", "records added", (int64_t)(all->count - before));
-    answer_count(answer, "record", "record", last->row.id);
+    answer_add_count(answer, "added", "records added", (int64_t)(all->count - before));
+    answer_add_count(answer, "record", "record", last->row.id);
     if (worst != INSPECTION_NO_LIMIT)
-        answer_words(answer, "result", all->count - before > 1 ? "worst result" : "result", "%s",
-                     inspection_verdict_text(worst));
+        answer_add_text(answer, "result", all->count - before > 1 ? "worst result" : "result", "%s",
+                        inspection_verdict_text(worst));
 }
 
 static int record_command(int argc, char **argv, const struct cli *cli)
@@ -394,11 +394,11 @@ static int record_command(int argc, char **argv, const struct cli *cli)
     else if (!r.compare)
         show_records(cli, &r, &all, run, answer);
     else if (inspection_add_differences(store, &all, false, r.compare, run, answer, fatal) == 0)
-        answer_sentence(answer, NULL,
-                        inspection_has(&all, NULL, run)
-                            ? "The records of RUN %lld and RUN %lld do not differ."
-                            : "Neither RUN %lld nor RUN %lld has a record.",
-                        (long long)r.compare, (long long)run);
+        answer_add_sentence(answer, NULL,
+                            inspection_has(&all, NULL, run)
+                                ? "The records of RUN %lld and RUN %lld do not differ."
+                                : "Neither RUN %lld nor RUN %lld has a record.",
+                            (long long)r.compare, (long long)run);
     if (adds) {
         store_commit(store, fatal);
         if (all.count == before)
@@ -409,7 +409,7 @@ static int record_command(int argc, char **argv, const struct cli *cli)
             show_uncorrected(&all, answer);
     }
     inspection_free(&all);
-    return answer_show(cli, answer, 0);
+    return answer_print(cli, answer, 0);
 }
 
 #define OPTION_VALUES struct request

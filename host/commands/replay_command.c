@@ -159,44 +159,46 @@ static void add_replay(const struct replay *replay, struct answer *answer)
     const struct replay_input *input = &replay->input;
     unsigned recorded = (unsigned)replay->recorded.landing.image_crc,
              replayed = (unsigned)replay->replayed.landing.image_crc;
-    answer_words(answer, "db", NULL, "%s", replay->db);
-    answer_count(answer, "run", "RUN", replay->run);
-    answer_count(answer, NULL, "landing", replay->recorded.landing.board_landing);
-    answer_count(answer, "first_block", "first block", input->first_block);
-    answer_count(answer, "last_block", "last block", input->last_block);
-    answer_count(answer, "edges", "edges", (int64_t)input->edge_count);
-    answer_count(answer, "commands", "commands", (int64_t)input->command_count);
-    answer_count(answer, "segments_surveyed", "surveyed", (int64_t)input->survey_segment_count)
+    answer_add_text(answer, "db", NULL, "%s", replay->db);
+    answer_add_count(answer, "run", "RUN", replay->run);
+    answer_add_count(answer, NULL, "landing", replay->recorded.landing.board_landing);
+    answer_add_count(answer, "first_block", "first block", input->first_block);
+    answer_add_count(answer, "last_block", "last block", input->last_block);
+    answer_add_count(answer, "edges", "edges", (int64_t)input->edge_count);
+    answer_add_count(answer, "commands", "commands", (int64_t)input->command_count);
+    answer_add_count(answer, "segments_surveyed", "surveyed", (int64_t)input->survey_segment_count)
         ->suffix = " segments";
-    answer_words(answer, "image", NULL, "%08x", replayed);
-    answer_words(answer, "recorded_image", NULL, "%08x", recorded);
+    answer_add_text(answer, "image", NULL, "%08x", replayed);
+    answer_add_text(answer, "recorded_image", NULL, "%08x", recorded);
     if (replay->is_same_image)
-        answer_words(answer, NULL, "image", "%08x, the image that recorded the landing", replayed);
+        answer_add_text(answer, NULL, "image", "%08x, the image that recorded the landing",
+                        replayed);
     else
-        answer_words(answer, NULL, "image", "%08x (firmware %s); recorded by %08x (firmware %s)",
-                     replayed, replay->replayed.landing.firmware, recorded,
-                     replay->recorded.landing.firmware);
+        answer_add_text(answer, NULL, "image", "%08x (firmware %s); recorded by %08x (firmware %s)",
+                        replayed, replay->replayed.landing.firmware, recorded,
+                        replay->recorded.landing.firmware);
     if (replay->recorded.landing.config_crc != replay->replayed.landing.config_crc)
-        answer_words(answer, NULL, "configuration",
-                     "%08x recorded, %08x replayed: the database does not contain the recorded "
-                     "configuration",
-                     (unsigned)replay->recorded.landing.config_crc,
-                     (unsigned)replay->replayed.landing.config_crc);
-    answer_count(answer, "zeros", input->measured_zero_count ? "zeros" : NULL,
-                 (int64_t)input->measured_zero_count)
+        answer_add_text(answer, NULL, "configuration",
+                        "%08x recorded, %08x replayed: the database does not contain the recorded "
+                        "configuration",
+                        (unsigned)replay->recorded.landing.config_crc,
+                        (unsigned)replay->replayed.landing.config_crc);
+    answer_add_count(answer, "zeros", input->measured_zero_count ? "zeros" : NULL,
+                     (int64_t)input->measured_zero_count)
         ->suffix = " measured before the landing and loaded for the replay";
-    answer_flag(answer, "runway", NULL, input->has_runway);
-    answer_words(answer, NULL, "runway", "%s",
-                 input->has_runway
-                     ? "the runway with which the landing was armed was loaded for the replay"
-                     : "not recorded completely: the replay starts with an unmeasured "
-                       "runway, so warnings may differ");
-    answer_count(answer, "shift_blocks", NULL, input->shift_blocks);
+    answer_add_flag(answer, "runway", NULL, input->has_runway);
+    answer_add_text(answer, NULL, "runway", "%s",
+                    input->has_runway
+                        ? "the runway with which the landing was armed was loaded for the replay"
+                        : "not recorded completely: the replay starts with an unmeasured "
+                          "runway, so warnings may differ");
+    answer_add_count(answer, "shift_blocks", NULL, input->shift_blocks);
     if (input->shift_blocks)
-        answer_words(answer, NULL, "moved",
-                     "by %lld s: block %lld of the record corresponds to block %lld of the replay",
-                     (long long)(-input->shift_blocks / 1000), (long long)input->armed_block,
-                     (long long)(input->armed_block - input->shift_blocks));
+        answer_add_text(
+            answer, NULL, "moved",
+            "by %lld s: block %lld of the record corresponds to block %lld of the replay",
+            (long long)(-input->shift_blocks / 1000), (long long)input->armed_block,
+            (long long)(input->armed_block - input->shift_blocks));
     diff_to_answer(&replay->diff, answer);
 }
 
@@ -230,7 +232,7 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
     struct answer *answer = answer_new(cli->si);
     if (status == MR_OK)
         add_replay(replay, answer);
-    int exit_code = answer_end(
+    int exit_code = answer_print_or_fail(
         cli, answer, replay->diff.differing_fields ? mr_status_exit_code(MR_LIMIT) : 0, &error);
     board_messages_free(&replay->recorded);
     board_messages_free(&replay->replayed);

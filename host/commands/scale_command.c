@@ -58,9 +58,9 @@ static struct answer *make_answer(const struct request *request)
 {
     /* not in SI, because scene keys have fixed units */
     struct answer *answer = answer_new(false);
-    answer_words(answer, "keep", NULL, request->keeps_modulus ? "modulus" : "density");
-    answer_value(answer, "n", NULL, UNIT_NUMBER, request->length_scale, 0)->digits = 17;
-    answer_words(answer, "to", NULL, request->to_model ? "model" : "prototype");
+    answer_add_text(answer, "keep", NULL, request->keeps_modulus ? "modulus" : "density");
+    answer_add_value(answer, "n", NULL, UNIT_NUMBER, request->length_scale, 0)->digits = 17;
+    answer_add_text(answer, "to", NULL, request->to_model ? "model" : "prototype");
     return answer;
 }
 
@@ -124,8 +124,8 @@ static void format_power(int doubled_exponent, char text[16])
 static int show_ratios(const struct request *request, const struct cli *cli)
 {
     struct answer *answer = make_answer(request);
-    answer_sentence(answer, NULL, "prototype / model at n = %g, %s kept", request->length_scale,
-                    request->keeps_modulus ? "modulus" : "density");
+    answer_add_sentence(answer, NULL, "prototype / model at n = %g, %s kept", request->length_scale,
+                        request->keeps_modulus ? "modulus" : "density");
     answer_open_table(answer, "ratios", "");
     for (size_t i = 0; i < QUANTITY_COUNT; i++) {
         const struct quantity *quantity = &quantities[i];
@@ -133,15 +133,15 @@ static int show_ratios(const struct request *request, const struct cli *cli)
         int doubled_exponent = compute_doubled_exponent(request, quantity->unit);
         format_power(doubled_exponent, power);
         answer_open_row(answer);
-        answer_words(answer, "name", "quantity", "%s", quantity->name);
-        answer_words(answer, "symbol", "symbol", "%s", quantity->symbol);
-        answer_words(answer, "power", "power", "%s", power);
-        answer_value(answer, "ratio", "ratio", UNIT_NUMBER,
-                     pow(request->length_scale, 0.5 * doubled_exponent), -6)
+        answer_add_text(answer, "name", "quantity", "%s", quantity->name);
+        answer_add_text(answer, "symbol", "symbol", "%s", quantity->symbol);
+        answer_add_text(answer, "power", "power", "%s", power);
+        answer_add_value(answer, "ratio", "ratio", UNIT_NUMBER,
+                         pow(request->length_scale, 0.5 * doubled_exponent), -6)
             ->digits = 12;
     }
     answer_close_group(answer);
-    return answer_show(cli, answer, 0);
+    return answer_print(cli, answer, 0);
 }
 
 struct quantity_value {
@@ -189,16 +189,16 @@ static int scale_values(const struct request *request, const struct cli *cli)
     answer_open_group(answer, "values", "");
     for (size_t i = 0; i < request->count; i++) {
         const struct quantity *quantity = values[i].quantity;
-        answer_words(answer, NULL, quantity->name, "%14.8g  ->  %14.8g %s", values[i].from,
-                     values[i].to, quantity->unit);
+        answer_add_text(answer, NULL, quantity->name, "%14.8g  ->  %14.8g %s", values[i].from,
+                        values[i].to, quantity->unit);
         answer_open_group(answer, quantity->name, NULL);
-        answer_value(answer, "from", NULL, UNIT_NUMBER, values[i].from, 0)->digits = 12;
-        answer_value(answer, "to", NULL, UNIT_NUMBER, values[i].to, 0)->digits = 12;
-        answer_words(answer, "unit", NULL, "%s", quantity->unit);
+        answer_add_value(answer, "from", NULL, UNIT_NUMBER, values[i].from, 0)->digits = 12;
+        answer_add_value(answer, "to", NULL, UNIT_NUMBER, values[i].to, 0)->digits = 12;
+        answer_add_text(answer, "unit", NULL, "%s", quantity->unit);
         answer_close_group(answer);
     }
     answer_close_group(answer);
-    return answer_show(cli, answer, 0);
+    return answer_print(cli, answer, 0);
 }
 
 /* ---- scene and study files ---- */
@@ -210,7 +210,7 @@ static json_t *scale_value(const struct request *request, const json_t *value, c
     double number;
     struct quantity_error wrong;
     /* numbers without dimension, mat numbers and names are not scaled */
-    if (!quantity_kind_of(unit))
+    if (!quantity_kind_find(unit))
         return json_deep_copy(value);
     if (quantity_read_json(value, unit, &number, &wrong))
         return json_real(number * find_factor(request, unit));
@@ -268,7 +268,7 @@ static json_t *scale_object(const struct request *request, const json_t *object)
         else if (key[0] == '_')
             other = json_deep_copy(value);
         else
-            other = scale_value(request, value, known ? known->unit : quantity_unit_of_name(key));
+            other = scale_value(request, value, known ? known->unit : quantity_unit_from_name(key));
         json_object_set_new(result, key, other);
     }
     return result;
@@ -391,8 +391,8 @@ static int scale_file(const struct request *request, const struct cli *cli)
         output_write_json(request->output_path, other, 17, fatal);
     if (cli->json) {
         struct answer *answer = make_answer(request);
-        answer_json_value(answer, is_study ? "study" : "scene", json_incref(other));
-        code = answer_show(cli, answer, 0);
+        answer_add_json(answer, is_study ? "study" : "scene", json_incref(other));
+        code = answer_print(cli, answer, 0);
     } else if (request->output_path) {
         printf("%s: %s at n = %g\n", request->output_path,
                request->to_model ? "model" : "prototype", request->length_scale);

@@ -89,39 +89,40 @@ static void add_motion(const struct measured *measured, struct answer *answer)
          speed_known = fitted || measured->fit_status == MR_TRUNCATED;
     struct mr_estimate speed = speed_known ? fit->touchdown_speed_ft_s : none,
                        stop = fitted ? fit->stop_station_ft : none;
-    answer_estimate(answer, "touchdown_speed", "touchdown", UNIT_SPEED, speed.value, speed.error, 3)
+    answer_add_estimate(answer, "touchdown_speed", "touchdown", UNIT_SPEED, speed.value,
+                        speed.error, 3)
         ->digits = 9;
-    answer_estimate(answer, "stop_station", "stop", UNIT_STATION, stop.value, stop.error, 3)
+    answer_add_estimate(answer, "stop_station", "stop", UNIT_STATION, stop.value, stop.error, 3)
         ->digits = 9;
 }
 
 static void add_warning(const struct preview *preview, struct answer *answer)
 {
     const struct zone_warning *w = &preview->zones.warning;
-    const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
+    const struct unit *station = unit_get(UNIT_STATION, answer_is_si(answer));
     char doubt[ZONES_DOUBT_SIZE], label[20];
     bool watched = preview->measured.source != MEASURED_IMPORT;
     bool all_heard = watched && !zones_format_missed_warning_doubt(&preview->zones.received,
                                                                    (double)INFINITY, doubt);
     snprintf(label, sizeof label, "warned of|%s", station->text);
     if (w->was_warned)
-        answer_words(answer, NULL, label, "%.1f to %.1f", station->factor * w->longest_start_ft,
-                     station->factor * w->longest_end_ft)
+        answer_add_text(answer, NULL, label, "%.1f to %.1f", station->factor * w->longest_start_ft,
+                        station->factor * w->longest_end_ft)
             ->is_warning = true;
     else
-        answer_words(answer, NULL, label, "%s",
-                     !watched    ? "no board"
-                     : all_heard ? "none"
-                                 : "not known");
-    answer_flag(answer, "warned", NULL, w->was_warned);
-    answer_flag(answer, "all_heard", NULL, all_heard);
-    answer_value(answer, "warning_t", NULL, UNIT_TIME, w->was_warned ? w->t_s : (double)NAN, 3)
+        answer_add_text(answer, NULL, label, "%s",
+                        !watched    ? "no board"
+                        : all_heard ? "none"
+                                    : "not known");
+    answer_add_flag(answer, "warned", NULL, w->was_warned);
+    answer_add_flag(answer, "all_heard", NULL, all_heard);
+    answer_add_value(answer, "warning_t", NULL, UNIT_TIME, w->was_warned ? w->t_s : (double)NAN, 3)
         ->digits = 9;
-    answer_value(answer, "warning_start", NULL, UNIT_STATION,
-                 w->was_warned ? w->longest_start_ft : (double)NAN, 1)
+    answer_add_value(answer, "warning_start", NULL, UNIT_STATION,
+                     w->was_warned ? w->longest_start_ft : (double)NAN, 1)
         ->digits = 9;
-    answer_value(answer, "warning_end", NULL, UNIT_STATION,
-                 w->was_warned ? w->longest_end_ft : (double)NAN, 1)
+    answer_add_value(answer, "warning_end", NULL, UNIT_STATION,
+                     w->was_warned ? w->longest_end_ft : (double)NAN, 1)
         ->digits = 9;
 }
 
@@ -129,12 +130,12 @@ static void add_lost_data(const struct preview *preview, struct answer *answer)
 {
     const struct summary_link *can = &preview->link[LINK_CAN],
                               *serial = &preview->link[LINK_SERIAL];
-    answer_words(answer, NULL, "frames|lost", "%lld%s",
-                 (long long)(can->lost_frames + serial->lost_frames),
-                 can->was_silent || serial->was_silent ? ", more" : "");
-    answer_count(answer, "lost", NULL, can->lost_frames + serial->lost_frames);
-    answer_count(answer, "dropped", NULL, can->dropped_frames + serial->dropped_frames);
-    answer_flag(answer, "silent", NULL, can->was_silent || serial->was_silent);
+    answer_add_text(answer, NULL, "frames|lost", "%lld%s",
+                    (long long)(can->lost_frames + serial->lost_frames),
+                    can->was_silent || serial->was_silent ? ", more" : "");
+    answer_add_count(answer, "lost", NULL, can->lost_frames + serial->lost_frames);
+    answer_add_count(answer, "dropped", NULL, can->dropped_frames + serial->dropped_frames);
+    answer_add_flag(answer, "silent", NULL, can->was_silent || serial->was_silent);
 }
 
 static void append_text(char *out, size_t size, const char *text)
@@ -179,16 +180,16 @@ static void add_notes(const struct preview *preview, struct answer *answer)
         snprintf(part, sizeof part, "%zu seen", preview->observations);
         append_text(text, sizeof text, part);
     }
-    answer_words(answer, NULL, "notes", "%s", text);
+    answer_add_text(answer, NULL, "notes", "%s", text);
     answer_open_list(answer, "notes", NULL);
     for (size_t i = 0; i < preview->journal.change_count; i++) {
         if (strcmp(preview->journal.change[i].field, "note") == 0)
-            answer_words(answer, NULL, NULL, "%s", preview->journal.change[i].value);
+            answer_add_text(answer, NULL, NULL, "%s", preview->journal.change[i].value);
     }
     answer_close_group(answer);
-    answer_count(answer, "seen", NULL, (int64_t)preview->observations);
-    answer_count(answer, "same_as", NULL,
-                 preview->repeated_run ? preview->repeated_run : ANSWER_UNKNOWN);
+    answer_add_count(answer, "seen", NULL, (int64_t)preview->observations);
+    answer_add_count(answer, "same_as", NULL,
+                     preview->repeated_run ? preview->repeated_run : ANSWER_COUNT_UNKNOWN);
 }
 
 /* Adds a row of the list. `bases`: include the CAN base of the board. */
@@ -198,24 +199,24 @@ static void add_preview(const struct preview *preview, bool bases, struct answer
     char when[40], state[80];
     survey_format_time(landing->armed_us, when, sizeof when);
     state_text(preview, state, sizeof state);
-    answer_count(answer, "run", "RUN", landing->id);
+    answer_add_count(answer, "run", "RUN", landing->id);
     bool dated = landing->armed_us >= SURVEY_EARLIEST_DATE_US;
     /* without "UTC", which is in the column head */
-    answer_words(answer, NULL, "armed|UTC", "%.*s", dated ? 16 : 40, when);
-    answer_words_or_none(answer, "armed", NULL, dated ? when : NULL, NULL);
-    answer_count(answer, "armed_us", NULL, landing->armed_us);
-    answer_words_or_none(answer, "series", "series", preview->journal.series.name, "-");
-    answer_words(answer, NULL, "landing", "%s", state);
-    answer_count(answer, "landing", NULL, landing->board_landing);
-    answer_words(answer, "state", NULL, "%s", mr_landing_state_text((unsigned)landing->state));
-    answer_words(answer, "board", NULL, "%s", landing->board_uid);
+    answer_add_text(answer, NULL, "armed|UTC", "%.*s", dated ? 16 : 40, when);
+    answer_add_text_or_missing(answer, "armed", NULL, dated ? when : NULL, NULL);
+    answer_add_count(answer, "armed_us", NULL, landing->armed_us);
+    answer_add_text_or_missing(answer, "series", "series", preview->journal.series.name, "-");
+    answer_add_text(answer, NULL, "landing", "%s", state);
+    answer_add_count(answer, "landing", NULL, landing->board_landing);
+    answer_add_text(answer, "state", NULL, "%s", mr_landing_state_text((unsigned)landing->state));
+    answer_add_text(answer, "board", NULL, "%s", landing->board_uid);
     if (bases)
-        answer_words(answer, NULL, "board at|CAN base", "0x%03x", preview->can_base);
-    answer_count(answer, "can_base", NULL, preview->can_base);
-    answer_flag(answer, "void", NULL, preview->journal.is_void);
-    answer_flag(answer, "imported", NULL, preview->imported);
-    answer_flag(answer, "emulated", NULL, measured_is_emulated(landing));
-    answer_flag(answer, "torn", NULL, preview->measured.is_start_missing);
+        answer_add_text(answer, NULL, "board at|CAN base", "0x%03x", preview->can_base);
+    answer_add_count(answer, "can_base", NULL, preview->can_base);
+    answer_add_flag(answer, "void", NULL, preview->journal.is_void);
+    answer_add_flag(answer, "imported", NULL, preview->imported);
+    answer_add_flag(answer, "emulated", NULL, measured_is_emulated(landing));
+    answer_add_flag(answer, "torn", NULL, preview->measured.is_start_missing);
     summary_add_calibration(&preview->measured, answer);
     add_motion(&preview->measured, answer);
     add_warning(preview, answer);
@@ -244,22 +245,22 @@ static void add_landings(struct store *store, const struct store_landing *row, s
 static void add_contents(const char *db, size_t landings, size_t series, size_t surveys,
                          struct answer *answer)
 {
-    answer_words(answer, "db", NULL, "%s", db);
-    answer_count(answer, "series", NULL, (int64_t)series);
-    answer_count(answer, "surveys", NULL, (int64_t)surveys);
+    answer_add_text(answer, "db", NULL, "%s", db);
+    answer_add_count(answer, "series", NULL, (int64_t)series);
+    answer_add_count(answer, "surveys", NULL, (int64_t)surveys);
     if (landings == 0)
-        answer_sentence(answer, NULL, "no landing yet: %s; record landings with matrig log --db %s",
-                        db, db);
+        answer_add_sentence(answer, NULL,
+                            "no landing yet: %s; record landings with matrig log --db %s", db, db);
     if (landings == 0 && series == 0)
-        answer_sentence(answer, NULL,
-                        "no series yet; begin one with matrig landing %s --series NAME", db);
+        answer_add_sentence(answer, NULL,
+                            "no series yet; begin one with matrig landing %s --series NAME", db);
     if (landings == 0 && surveys == 0)
-        answer_sentence(answer, NULL, "no survey yet; begin one with matrig survey %s", db);
+        answer_add_sentence(answer, NULL, "no survey yet; begin one with matrig survey %s", db);
     if (series + surveys > 0)
-        answer_sentence(answer, NULL,
-                        "%zu series (matrig landing %s), %zu survey%s (matrig survey "
-                        "%s --show)",
-                        series, db, surveys, surveys == 1 ? "" : "s", db);
+        answer_add_sentence(answer, NULL,
+                            "%zu series (matrig landing %s), %zu survey%s (matrig survey "
+                            "%s --show)",
+                            series, db, surveys, surveys == 1 ? "" : "s", db);
 }
 
 /* Largest number of landings for which the list includes the record of warnings and advice:
@@ -272,8 +273,8 @@ static void add_result(struct store *store, size_t landings, struct answer *answ
     if (landings == 0)
         return;
     if (landings > RECORDS_MAX) {
-        answer_no_value(answer, "record", NULL, NULL);
-        answer_sentence(
+        answer_add_missing_value(answer, "record", NULL, NULL);
+        answer_add_sentence(
             answer, NULL,
             "more than %d landings: see matrig report for the outcomes of their warnings",
             RECORDS_MAX);
@@ -308,11 +309,11 @@ static void add_journal(struct store *store, const struct store_landing *landing
 {
     struct journal journal;
     journal_load(store, landing, &journal, fatal);
-    answer_words_or_none(answer, "series", journal.series.name[0] ? "series" : NULL,
-                         journal.series.name, NULL);
-    answer_flag(answer, "void", NULL, journal.is_void);
+    answer_add_text_or_missing(answer, "series", journal.series.name[0] ? "series" : NULL,
+                               journal.series.name, NULL);
+    answer_add_flag(answer, "void", NULL, journal.is_void);
     if (journal.is_void)
-        answer_sentence(answer, NULL, "the landing is void");
+        answer_add_sentence(answer, NULL, "the landing is void");
     journal_add_tables(&journal, answer);
     journal_free(&journal);
 }
@@ -323,10 +324,10 @@ static void show_landing(struct store *store, int64_t run, struct answer *answer
     summary_load(store, run, &summary, fatal);
     summary_load_outcome(store, &summary, fatal);
     bool emulated = measured_is_emulated(&summary.measured.landing);
-    answer_flag(answer, "emulated", NULL, emulated);
+    answer_add_flag(answer, "emulated", NULL, emulated);
     if (emulated)
-        answer_sentence(answer, NULL,
-                        "Emulated board, synthetic data: no hardware and no mat was involved.");
+        answer_add_sentence(answer, NULL,
+                            "Emulated board, synthetic data: no hardware and no mat was involved.");
     summary_to_answer(&summary, answer);
     add_journal(store, &summary.measured.landing, answer);
     summary_free(&summary);
@@ -346,7 +347,7 @@ static int show_command(int argc, char **argv, const struct cli *cli)
         show_landing(store, run, answer);
     else
         list_landings(store, words[0], answer);
-    return answer_show(cli, answer, 0);
+    return answer_print(cli, answer, 0);
 }
 
 static const struct command_part parts[] = {

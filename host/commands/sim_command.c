@@ -153,7 +153,7 @@ static int sim_command(int argc, char **argv, const struct cli *cli)
         code = cli_fail(&error);
     if (error.status == MR_OK || result.status != SIM_OK) {
         if (cli->json || usable)
-            code = answer_show(cli, sim_to_answer(&scene, &result, cli->si), code);
+            code = answer_print(cli, sim_to_answer(&scene, &result, cli->si), code);
     }
     sim_result_free(&result);
     sim_scene_free(&scene);

@@ -27,20 +27,21 @@ static void add_survey_head(const struct survey *survey, struct answer *answer)
     bool ended = row->ended_us != STORE_NONE;
     char when[40];
     survey_format_time(row->made_us, when, sizeof when);
-    answer_count(answer, "survey", "survey", row->id)->suffix = ended ? ", ended" : ", in progress";
-    answer_flag(answer, "ended", NULL, ended);
-    answer_words(answer, NULL, "begun", "%s%s%s", when, row->who[0] ? " by " : "", row->who);
+    answer_add_count(answer, "survey", "survey", row->id)->suffix = ended ? ", ended"
+                                                                          : ", in progress";
+    answer_add_flag(answer, "ended", NULL, ended);
+    answer_add_text(answer, NULL, "begun", "%s%s%s", when, row->who[0] ? " by " : "", row->who);
     if (row->after_run == STORE_NONE)
-        answer_no_value(answer, "after_run", NULL, NULL);
+        answer_add_missing_value(answer, "after_run", NULL, NULL);
     else
-        answer_count(answer, "after_run", "after RUN", row->after_run);
-    answer_words(answer, NULL, "read", "%zu of %zu, %zu confirmed",
-                 survey_progress_count_read(&survey->progress), survey->progress.plan.count,
-                 survey->confirmed_readings);
-    answer_count(answer, "read", NULL, (int64_t)survey_progress_count_read(&survey->progress));
-    answer_count(answer, "of", NULL, (int64_t)survey->progress.plan.count);
-    answer_count(answer, "confirmed", NULL, (int64_t)survey->confirmed_readings);
-    answer_words(answer, "note", row->note[0] ? "note" : NULL, "%s", row->note);
+        answer_add_count(answer, "after_run", "after RUN", row->after_run);
+    answer_add_text(answer, NULL, "read", "%zu of %zu, %zu confirmed",
+                    survey_progress_count_read(&survey->progress), survey->progress.plan.count,
+                    survey->confirmed_readings);
+    answer_add_count(answer, "read", NULL, (int64_t)survey_progress_count_read(&survey->progress));
+    answer_add_count(answer, "of", NULL, (int64_t)survey->progress.plan.count);
+    answer_add_count(answer, "confirmed", NULL, (int64_t)survey->confirmed_readings);
+    answer_add_text(answer, "note", row->note[0] ? "note" : NULL, "%s", row->note);
 }
 
 static const char *const line_names[SURVEY_DIAGONALS] = {"line 1", "line 2", "line 3", "line 4",
@@ -64,20 +65,20 @@ static void add_spans(const struct survey *survey, const struct survey_results *
         if (!any)
             continue;
         answer_open_row(answer);
-        answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_LENGTH_FT * k, 1);
+        answer_add_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_LENGTH_FT * k, 1);
         for (unsigned line = 0; line < SURVEY_LINES; line++) {
             double gap_in = (changed ? found->since_previous.change.gap_in
                                      : survey->readings.gap_in)[line][k];
-            answer_value(answer, NULL, line_names[line], UNIT_DISPLACEMENT, gap_in, 4)->shows_sign =
-                changed;
+            answer_add_value(answer, NULL, line_names[line], UNIT_DISPLACEMENT, gap_in, 4)
+                ->shows_sign = changed;
         }
-        answer_estimate(answer, NULL, "opening", UNIT_DISPLACEMENT,
-                        found->slack.segment[k].value_in, found->slack.segment[k].error_in, 4);
+        answer_add_estimate(answer, NULL, "opening", UNIT_DISPLACEMENT,
+                            found->slack.segment[k].value_in, found->slack.segment[k].error_in, 4);
     }
     answer_close_group(answer);
     if (changed)
-        answer_value(answer, NULL, "error of each change", UNIT_DISPLACEMENT,
-                     found->since_previous.change.error_in, 4);
+        answer_add_value(answer, NULL, "error of each change", UNIT_DISPLACEMENT,
+                         found->since_previous.change.error_in, 4);
 }
 
 /* Adds the changes across the runway and along the diagonals. Tables without readings are
@@ -103,12 +104,12 @@ static void add_across_and_diagonals(const struct survey_readings *change, struc
                 continue;
             answer_open_row(answer);
             if (tables[t].step_ft > 0.0)
-                answer_value(answer, NULL, "at", UNIT_STATION, tables[t].step_ft * k, 1);
+                answer_add_value(answer, NULL, "at", UNIT_STATION, tables[t].step_ft * k, 1);
             else
-                answer_count(answer, NULL, "ten mats", k + 1);
+                answer_add_count(answer, NULL, "ten mats", k + 1);
             for (unsigned line = 0; line < tables[t].lines; line++)
-                answer_value(answer, NULL, line_names[line], UNIT_DISPLACEMENT,
-                             tables[t].value_in[line * tables[t].places + k], 4)
+                answer_add_value(answer, NULL, line_names[line], UNIT_DISPLACEMENT,
+                                 tables[t].value_in[line * tables[t].places + k], 4)
                     ->shows_sign = true;
         }
         answer_close_group(answer);
@@ -124,14 +125,15 @@ static void add_movement(const struct survey_results *found, struct answer *answ
     for (unsigned s = 0; s < SURVEY_STATIONS && found->since_previous.compared_readings > 0; s++) {
         unsigned k = (unsigned)lround(SURVEY_STATION_SPACING_FT * s / SURVEY_SPAN_LENGTH_FT);
         answer_open_row(answer);
-        answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_LENGTH_FT * k, 1);
+        answer_add_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_LENGTH_FT * k, 1);
         for (unsigned line = 0; line < SURVEY_LINES; line++) {
             const struct survey_estimate *u = &found->since_previous.movement[line][k];
-            answer_estimate(answer, NULL, line_names[line], UNIT_DISPLACEMENT, u->value_in,
-                            u->error_in, 3)
+            answer_add_estimate(answer, NULL, line_names[line], UNIT_DISPLACEMENT, u->value_in,
+                                u->error_in, 3)
                 ->shows_sign = true;
         }
-        answer_value(answer, NULL, "bow", UNIT_DISPLACEMENT, found->since_first.bow[k].value_in, 3)
+        answer_add_value(answer, NULL, "bow", UNIT_DISPLACEMENT, found->since_first.bow[k].value_in,
+                         3)
             ->shows_sign = true;
     }
     answer_close_group(answer);
@@ -183,32 +185,34 @@ static json_t *change_to_json(const struct survey_change *change, double factor)
 static void add_worst_bow(const struct survey_results *found, struct answer *answer)
 {
     const bool si = answer_is_si(answer);
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si),
-                      *station = unit_of(UNIT_STATION, si);
+    const struct unit *length = unit_get(UNIT_DISPLACEMENT, si),
+                      *station = unit_get(UNIT_STATION, si);
     double worst = found->worst_bow_in * length->factor,
            error = found->worst_bow_error_in * length->factor;
     double at = found->worst_bow_station_ft * station->factor,
            limit = SURVEY_BOW_LIMIT_IN * length->factor;
     const char *verdict = survey_bow_verdict(found);
     if (!found->first_survey)
-        answer_sentence(answer, NULL, "first survey: later surveys are compared with this one");
+        answer_add_sentence(answer, NULL, "first survey: later surveys are compared with this one");
     else if (isnan(worst))
-        answer_sentence(answer, NULL,
-                        "in-plane bow: unknown; it needs readings on lines 1 and 4, and on 2 or 3");
+        answer_add_sentence(
+            answer, NULL,
+            "in-plane bow: unknown; it needs readings on lines 1 and 4, and on 2 or 3");
     else
-        answer_sentence(answer, NULL,
-                        "in-plane bow since survey %lld: largest %+.3f +- %.3f %s, at %.1f %s: %s "
-                        "the limit of %.3f %s",
-                        (long long)found->first_survey, worst, error, length->text, at,
-                        station->text, verdict, limit, length->text);
+        answer_add_sentence(
+            answer, NULL,
+            "in-plane bow since survey %lld: largest %+.3f +- %.3f %s, at %.1f %s: %s "
+            "the limit of %.3f %s",
+            (long long)found->first_survey, worst, error, length->text, at, station->text, verdict,
+            limit, length->text);
     if (!found->previous_survey)
         return;
     answer_open_group(answer, "worst_bow", NULL);
-    answer_value(answer, "value", NULL, UNIT_NUMBER, worst, 3);
-    answer_value(answer, "error", NULL, UNIT_NUMBER, error, 3)->digits = 4;
-    answer_value(answer, "station", NULL, UNIT_NUMBER, at, 1);
-    answer_value(answer, "limit", NULL, UNIT_NUMBER, limit, 3);
-    answer_words(answer, "verdict", NULL, "%s", verdict);
+    answer_add_value(answer, "value", NULL, UNIT_NUMBER, worst, 3);
+    answer_add_value(answer, "error", NULL, UNIT_NUMBER, error, 3)->digits = 4;
+    answer_add_value(answer, "station", NULL, UNIT_NUMBER, at, 1);
+    answer_add_value(answer, "limit", NULL, UNIT_NUMBER, limit, 3);
+    answer_add_text(answer, "verdict", NULL, "%s", verdict);
     answer_close_group(answer);
 }
 
@@ -216,25 +220,24 @@ static void add_worst_bow(const struct survey_results *found, struct answer *ans
 static void add_matrices(const struct survey *survey, const struct survey_results *found,
                          struct answer *answer, double factor)
 {
-    answer_json_value(answer, "readings", readings_to_json(&survey->readings, factor));
-    answer_json_value(answer, "slack",
-                      estimates_to_json(found->slack.segment, SURVEY_SPANS, factor));
+    answer_add_json(answer, "readings", readings_to_json(&survey->readings, factor));
+    answer_add_json(answer, "slack", estimates_to_json(found->slack.segment, SURVEY_SPANS, factor));
     if (!found->previous_survey)
         return;
-    answer_json_value(answer, "change", readings_to_json(&found->since_previous.change, factor));
-    answer_json_value(answer, "moved", change_to_json(&found->since_previous, factor));
-    answer_json_value(answer, "bow",
-                      estimates_to_json(found->since_first.bow, SURVEY_POINTS, factor));
+    answer_add_json(answer, "change", readings_to_json(&found->since_previous.change, factor));
+    answer_add_json(answer, "moved", change_to_json(&found->since_previous, factor));
+    answer_add_json(answer, "bow",
+                    estimates_to_json(found->since_first.bow, SURVEY_POINTS, factor));
 }
 
 static void add_survey(const struct survey *survey, const struct survey_results *found,
                        struct answer *answer)
 {
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, answer_is_si(answer));
+    const struct unit *length = unit_get(UNIT_DISPLACEMENT, answer_is_si(answer));
     add_survey_head(survey, answer);
-    answer_words(answer, "length_unit", NULL, "%s", length->text);
+    answer_add_text(answer, "length_unit", NULL, "%s", length->text);
     if (found->previous_survey)
-        answer_count(answer, "since", "compared with survey", found->previous_survey);
+        answer_add_count(answer, "since", "compared with survey", found->previous_survey);
     add_spans(survey, found, answer);
     if (found->previous_survey) {
         add_movement(found, answer);
@@ -267,7 +270,7 @@ struct entry_session {
 
 static double convert_for_display(const struct request *request, double value_in)
 {
-    return value_in * unit_of(UNIT_DISPLACEMENT, request->cli->si)->factor;
+    return value_in * unit_get(UNIT_DISPLACEMENT, request->cli->si)->factor;
 }
 
 static void print_prompt(const struct entry_session *session)
@@ -287,7 +290,7 @@ static void print_prompt(const struct entry_session *session)
         fprintf(
             stderr, ", last %.*f", si ? 2 : 3,
             convert_for_display(session->request, progress->previous_in[progress->current_item]));
-    fprintf(stderr, ", %s: ", unit_of(UNIT_DISPLACEMENT, si)->text);
+    fprintf(stderr, ", %s: ", unit_get(UNIT_DISPLACEMENT, si)->text);
 }
 
 static void store_reading(struct entry_session *session, size_t item,
@@ -312,7 +315,7 @@ static void report_outcome(const struct entry_session *session, enum survey_entr
 {
     const struct survey_progress *progress = &session->survey->progress;
     const struct request *r = session->request;
-    const struct unit *unit = unit_of(UNIT_DISPLACEMENT, r->cli->si);
+    const struct unit *unit = unit_get(UNIT_DISPLACEMENT, r->cli->si);
     if (r->cli->quiet)
         return;
     if (outcome == SURVEY_OUTCOME_DOUBTFUL) {
@@ -320,12 +323,12 @@ static void report_outcome(const struct entry_session *session, enum survey_entr
         fprintf(stderr,
                 "%s  %.3f %s is %+.3f from %s; at most %.3f is expected. Type the same value again "
                 "to keep it, or type a new reading.\n",
-                cli_can_draw_on_stderr() ? "\a" : "", convert_for_display(r, entry->value_in),
+                cli_is_stderr_terminal() ? "\a" : "", convert_for_display(r, entry->value_in),
                 unit->text, convert_for_display(r, away_in),
                 isnan(progress->previous_in[item]) ? "the design distance" : "the last reading",
                 convert_for_display(r, survey_item_limit_in(&progress->plan.item[item])));
     } else if (outcome == SURVEY_OUTCOME_REFUSED) {
-        const char *bell = cli_can_draw_on_stderr() ? "\a" : "";
+        const char *bell = cli_is_stderr_terminal() ? "\a" : "";
         if (entry->error.what[0])
             fprintf(stderr, "%s  not a reading: %s; %s\n", bell, entry->error.what,
                     entry->error.advice);
@@ -450,7 +453,7 @@ static void read_sheet(struct entry_session *session)
             cli_note(request->cli, "reading not accepted, %+.3f %s away from %s: %s",
                      convert_for_display(request,
                                          entry.value_in - survey_progress_expected_in(progress, i)),
-                     unit_of(UNIT_DISPLACEMENT, request->cli->si)->text,
+                     unit_get(UNIT_DISPLACEMENT, request->cli->si)->text,
                      isnan(progress->previous_in[i]) ? "the design distance" : "the last reading",
                      text);
             doubted++;
@@ -713,18 +716,18 @@ static int report_load(const struct request *request, const struct survey *surve
                        const struct load_result *loaded)
 {
     struct answer *answer = answer_new(request->cli->si);
-    answer_count(answer, "survey", "survey", survey->row.id);
-    answer_count(answer, "sent", "loaded", loaded->sent_segment_count)->suffix = " segments";
-    answer_count(answer, "read_back", "read back", SURVEY_SPANS)->suffix = " segments";
-    answer_count(answer, "different", "different", loaded->different_segment_count);
-    answer_count(answer, "of_an_earlier_survey",
-                 loaded->older_segment_count ? "not in this survey" : NULL,
-                 loaded->older_segment_count)
+    answer_add_count(answer, "survey", "survey", survey->row.id);
+    answer_add_count(answer, "sent", "loaded", loaded->sent_segment_count)->suffix = " segments";
+    answer_add_count(answer, "read_back", "read back", SURVEY_SPANS)->suffix = " segments";
+    answer_add_count(answer, "different", "different", loaded->different_segment_count);
+    answer_add_count(answer, "of_an_earlier_survey",
+                     loaded->older_segment_count ? "not in this survey" : NULL,
+                     loaded->older_segment_count)
         ->suffix = " segments, for which the board keeps its earlier values";
     if (!loaded->older_segment_count && loaded->sent_segment_count < SURVEY_SPANS)
-        answer_count(answer, NULL, "not surveyed", SURVEY_SPANS - loaded->sent_segment_count);
-    return answer_show(request->cli, answer,
-                       loaded->different_segment_count ? mr_status_exit_code(MR_LIMIT) : 0);
+        answer_add_count(answer, NULL, "not surveyed", SURVEY_SPANS - loaded->sent_segment_count);
+    return answer_print(request->cli, answer,
+                        loaded->different_segment_count ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
 static size_t write_sheet(const struct request *request, struct store *store, struct survey *survey)
@@ -790,7 +793,7 @@ static int run_request(const struct request *request)
     }
     struct answer *answer = answer_new(request->cli->si);
     add_survey(&survey, &found, answer);
-    return answer_show(request->cli, answer, 0);
+    return answer_print(request->cli, answer, 0);
 }
 
 static void check_request(struct request *r)

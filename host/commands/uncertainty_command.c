@@ -139,8 +139,8 @@ static bool make_budget(const struct request *r, const struct budget_input *s, u
     if (s->certificates.is_known[index]) {
         one->certificate = &s->certificates.certificate[index];
         of.certificate_coverage_factor = one->certificate->coverage_factor;
-        of.certificate_expanded_uncertainty = certificates_standard_uncertainty(one->certificate,
-                                                                                one->value) *
+        of.certificate_expanded_uncertainty = certificates_compute_uncertainty(one->certificate,
+                                                                               one->value) *
                                               of.certificate_coverage_factor;
     }
     if (s->is_config_known && s->config.site[0].mat_length_ft > 0.0f) {
@@ -159,23 +159,23 @@ static void add_certificate(struct answer *answer, const struct channel_budget *
     char text[CERTIFICATES_TEXT_SIZE] = "none: its uncertainty is not included";
     enum certificate_state state = CERTIFICATE_VALID;
     if (one->certificate) {
-        state = certificates_state(one->certificate, &one->channel, (int64_t)time(NULL));
+        state = certificates_check_state(one->certificate, &one->channel, (int64_t)time(NULL));
         certificates_state_text(one->certificate, state, &one->channel, text);
     }
-    struct answer_fact *fact = answer_words(answer, "certificate", "certificate", "%s", text);
+    struct answer_style *fact = answer_add_text(answer, "certificate", "certificate", "%s", text);
     fact->is_warning = state != CERTIFICATE_VALID;
-    answer_words_or_none(answer, "certificate_number", NULL,
-                         one->certificate ? one->certificate->number : "", NULL);
+    answer_add_text_or_missing(answer, "certificate_number", NULL,
+                               one->certificate ? one->certificate->number : "", NULL);
 }
 
 static void add_sums(struct answer *answer, const struct channel_budget *one)
 {
     enum unit_kind kind = find_unit_kind(one);
     const struct budget *b = &one->budget;
-    answer_value(answer, "stated", "stated error", kind, b->stated_error, -3);
-    answer_value(answer, "combined", "combined", kind, b->combined_uncertainty, -3);
-    answer_value(answer, "coverage_factor", "k", UNIT_NUMBER, b->coverage_factor, 3);
-    answer_value(answer, "expanded", "expanded (95 %)", kind, b->expanded_uncertainty, -3);
+    answer_add_value(answer, "stated", "stated error", kind, b->stated_error, -3);
+    answer_add_value(answer, "combined", "combined", kind, b->combined_uncertainty, -3);
+    answer_add_value(answer, "coverage_factor", "k", UNIT_NUMBER, b->coverage_factor, 3);
+    answer_add_value(answer, "expanded", "expanded (95 %)", kind, b->expanded_uncertainty, -3);
     add_certificate(answer, one);
 }
 
@@ -188,18 +188,19 @@ static void add_rows(struct answer *answer, const struct channel_budget *one)
         const struct budget_row *row = &b->row[s];
         double share = row->contribution / b->combined_uncertainty;
         answer_open_row(answer);
-        answer_words(answer, "source", NULL, "%s", budget_source_name(s));
-        answer_words(answer, NULL, "source", "%s", budget_source_text(s));
-        answer_flag(answer, "stated", NULL, s < BUDGET_STATED_COUNT);
-        answer_words(answer, NULL, "part", "%s", s < BUDGET_STATED_COUNT ? "stated" : "added");
-        answer_value(answer, "input", "x", UNIT_NUMBER, row->input, -3);
-        answer_words(answer, "input_unit", "unit", "%s", budget_input_unit(s, transducer));
-        answer_words(answer, "distribution", "distribution", "%s", budget_distribution(s));
-        answer_value(answer, "divisor", "divisor", UNIT_NUMBER, row->divisor, 3);
-        answer_value(answer, "standard", "u(x)", UNIT_NUMBER, row->standard_uncertainty, -3);
-        answer_value(answer, "sensitivity", "c", UNIT_NUMBER, row->sensitivity, -3);
-        answer_value(answer, "contribution", "c u(x)", find_unit_kind(one), row->contribution, -3);
-        answer_value(answer, NULL, "share, %", UNIT_NUMBER, 100.0 * share * share, 1);
+        answer_add_text(answer, "source", NULL, "%s", budget_source_name(s));
+        answer_add_text(answer, NULL, "source", "%s", budget_source_text(s));
+        answer_add_flag(answer, "stated", NULL, s < BUDGET_STATED_COUNT);
+        answer_add_text(answer, NULL, "part", "%s", s < BUDGET_STATED_COUNT ? "stated" : "added");
+        answer_add_value(answer, "input", "x", UNIT_NUMBER, row->input, -3);
+        answer_add_text(answer, "input_unit", "unit", "%s", budget_input_unit(s, transducer));
+        answer_add_text(answer, "distribution", "distribution", "%s", budget_distribution(s));
+        answer_add_value(answer, "divisor", "divisor", UNIT_NUMBER, row->divisor, 3);
+        answer_add_value(answer, "standard", "u(x)", UNIT_NUMBER, row->standard_uncertainty, -3);
+        answer_add_value(answer, "sensitivity", "c", UNIT_NUMBER, row->sensitivity, -3);
+        answer_add_value(answer, "contribution", "c u(x)", find_unit_kind(one), row->contribution,
+                         -3);
+        answer_add_value(answer, NULL, "share, %", UNIT_NUMBER, 100.0 * share * share, 1);
     }
     answer_close_group(answer);
 }
@@ -208,11 +209,11 @@ static void add_head(struct answer *answer, const struct channel_budget *one)
 {
     char channel[8];
     jump_channel_name(one->index, channel);
-    answer_words(answer, "channel", "channel", "%s", channel);
-    answer_words_or_none(answer, "sensor", "sensor",
-                         one->channel.serial[0] ? one->channel.serial : "", "-");
-    answer_value(answer, "reading", "reading", find_unit_kind(one), one->value,
-                 find_unit_kind(one) == UNIT_DISPLACEMENT ? 4 : 2);
+    answer_add_text(answer, "channel", "channel", "%s", channel);
+    answer_add_text_or_missing(answer, "sensor", "sensor",
+                               one->channel.serial[0] ? one->channel.serial : "", "-");
+    answer_add_value(answer, "reading", "reading", find_unit_kind(one), one->value,
+                     find_unit_kind(one) == UNIT_DISPLACEMENT ? 4 : 2);
 }
 
 /* Adds all results of one channel to the answer. */
@@ -225,7 +226,7 @@ static void add_budget(struct answer *answer, const struct channel_budget *one)
 
 static void add_legend(struct answer *answer)
 {
-    answer_sentence(
+    answer_add_sentence(
         answer, NULL,
         "The stated error is the standard error given with every reading: the repeatability of the "
         "calibration. Combined is the root sum square of all rows, with certificate, position and "
@@ -243,11 +244,11 @@ static void add_table(const struct request *r, const struct budget_input *s, con
             continue;
         struct answer *rows = answer_new(false);
         add_rows(rows, &one);
-        json_t *made = answer_into_json(rows);
+        json_t *made = answer_make_json_and_free(rows);
         answer_open_row(answer);
         add_head(answer, &one);
         add_sums(answer, &one);
-        answer_json_value(answer, "budget", json_incref(json_object_get(made, "budget")));
+        answer_add_json(answer, "budget", json_incref(json_object_get(made, "budget")));
         json_decref(made);
     }
     answer_close_group(answer);
@@ -296,8 +297,8 @@ static void report_budgets(const struct request *r, const struct budget_input *s
         error_set(fatal, MR_UNKNOWN, "%s is not fitted: %s; see matrig show", r->words[1],
                   r->config ? r->config : r->words[0]);
     if (s->run)
-        answer_count(answer, "run", "RUN", s->run);
-    answer_value(answer, "kelvin", NULL, UNIT_NUMBER, r->kelvin, 3);
+        answer_add_count(answer, "run", "RUN", s->run);
+    answer_add_value(answer, "kelvin", NULL, UNIT_NUMBER, r->kelvin, 3);
     if (r->channel >= 0)
         add_budget(answer, &one);
     else
@@ -315,7 +316,7 @@ static int uncertainty_command(int argc, char **argv, const struct cli *cli)
     load_budget_input(&r, &s);
     report_budgets(&r, &s, answer);
     measured_free(&s.measured);
-    return answer_show(cli, answer, 0);
+    return answer_print(cli, answer, 0);
 }
 
 #define OPTION_VALUES struct request

@@ -650,7 +650,7 @@ void compare_compute_agreement(const struct compare_figures *figures, struct com
 void compare_write_agreement(const struct compare_agreement *a, bool si,
                              char out[COMPARE_AGREEMENT_SIZE])
 {
-    const struct unit *station = unit_of(UNIT_STATION, si);
+    const struct unit *station = unit_get(UNIT_STATION, si);
     const enum unit_kind kind = a->is_time ? UNIT_TIME : UNIT_DISPLACEMENT;
     char measured[UNIT_TEXT_SIZE], simulated[UNIT_TEXT_SIZE];
     if (!a->channel) {

@@ -54,7 +54,7 @@ enum mr_status compare_limits_load(struct compare_limits *limits, const char *fi
         if (json_is_object(value))
             refuse_limit(error, file, path, "not a limit",
                          "a path and a number: \"channels.*.rms_in\": 0.05");
-        else if (!quantity_read_json(value, quantity_unit_of_name(path), &number, &no_number))
+        else if (!quantity_read_json(value, quantity_unit_from_name(path), &number, &no_number))
             refuse_limit(error, file, path, no_number.what, no_number.advice);
         else if (!isfinite(number) || (number < 0.0 && !is_lower_limit(path)))
             refuse_limit(error, file, path, "not a limit", "a number, 0 or more");

@@ -337,7 +337,7 @@ enum mr_status mapping_parse(const char *json, size_t length, const char *path,
     json_error_t where;
     const struct mapping_reader r = {path, error};
     *mapping = (struct mapping){0};
-    size_t mark = utf8_mark_length(json, length);
+    size_t mark = utf8_bom_length(json, length);
     json_t *root = json_loadb(json + mark, length - mark, JSON_REJECT_DUPLICATES, &where);
     if (!root)
         return error_set(error, MR_MALFORMED, "not valid JSON: %s line %d, column %d: %s", path,

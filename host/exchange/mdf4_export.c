@@ -371,8 +371,8 @@ struct export_context {
 
 static const struct unit *get_channel_unit(const struct measured_channel *channel, bool si)
 {
-    return unit_of(channel->config.kind == MR_KIND_DISPLACEMENT ? UNIT_DISPLACEMENT : UNIT_TENSION,
-                   si);
+    return unit_get(channel->config.kind == MR_KIND_DISPLACEMENT ? UNIT_DISPLACEMENT : UNIT_TENSION,
+                    si);
 }
 
 static void describe_reading(struct export_context *place, const struct measured_channel *channel,
@@ -388,8 +388,8 @@ static void describe_reading(struct export_context *place, const struct measured
     int n = snprintf(comment, sizeof comment,
                      moves ? "station %.*f %s; downfield is positive; relative to the mean at rest"
                            : "band tension",
-                     3, (double)channel->config.station_ft * unit_of(UNIT_STATION, si)->factor,
-                     unit_of(UNIT_STATION, si)->text);
+                     3, (double)channel->config.station_ft * unit_get(UNIT_STATION, si)->factor,
+                     unit_get(UNIT_STATION, si)->text);
     if (!isnan(one))
         snprintf(comment + n, sizeof comment - (size_t)n,
                  "; standard error of one reading, at the peak: %.4g %s", one * factor,
@@ -419,12 +419,12 @@ static void describe_readings(struct export_context *place,
          .is_time_channel = true},
         {.name = since, .unit = "s", .type = MDF4_REAL},
         {.name = "gear_station",
-         .unit = unit_of(UNIT_STATION, si)->text,
+         .unit = unit_get(UNIT_STATION, si)->text,
          .comment = "lead wheel of the main bogie, from the fit",
          .type = MDF4_REAL,
          .invalid_bit = 3},
         {.name = "gear_speed",
-         .unit = unit_of(UNIT_SPEED, si)->text,
+         .unit = unit_get(UNIT_SPEED, si)->text,
          .type = MDF4_REAL,
          .invalid_bit = 4}};
     char source[MEASURED_SOURCE_SIZE], torn[MEASURED_MISSING_START_SIZE],
@@ -460,8 +460,8 @@ static void put_reading_row(struct export_context *place, const struct measured_
     double t_s = measured_time_s(measured, sample), unused;
     double values[READING_FIXED_COLUMNS] = {
         t_s + (double)(measured->t0_us - place->zero_us) / 1e6, t_s,
-        measured_station_ft(measured, t_s) * unit_of(UNIT_STATION, si)->factor,
-        measured_speed_ft_s(measured, t_s, &unused) * unit_of(UNIT_SPEED, si)->factor};
+        measured_station_ft(measured, t_s) * unit_get(UNIT_STATION, si)->factor,
+        measured_speed_ft_s(measured, t_s, &unused) * unit_get(UNIT_SPEED, si)->factor};
     for (unsigned i = 0; i < READING_FIXED_COLUMNS; i++) {
         if (isnan(values[i]))
             mark_invalid(row, row_bytes, i);

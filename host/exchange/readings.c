@@ -243,7 +243,7 @@ static enum mr_status parse_header(struct csv_table *t, struct error *error)
     const char *line;
     size_t length;
     bool whole;
-    t->position += utf8_mark_length(t->position, (size_t)(t->end - t->position));
+    t->position += utf8_bom_length(t->position, (size_t)(t->end - t->position));
     for (unsigned i = 0; i < m->header_lines; i++) {
         if (!read_next_line(t, true, &line, &length, &whole))
             return error_set(
@@ -525,7 +525,7 @@ static enum mr_status import_frames(struct store *store, struct collector *colle
         bool more = link_receive_frame(link, &frame, &ended) == MR_OK;
         const struct link_counters *counters = link_counters(link);
         if (reported_troubles != counters->fault_total + counters->bad_lines)
-            status = collector_account_link_faults(collector, LINK_CAN, counters, error);
+            status = collector_count_link_faults(collector, LINK_CAN, counters, error);
         reported_troubles = counters->fault_total + counters->bad_lines;
         if (status == MR_OK && more)
             status = collector_receive_frame(collector, &frame, error);

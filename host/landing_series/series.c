@@ -39,7 +39,7 @@ static void refuse_key(const struct keys *keys, const char *where, const char *k
 static bool read_number(const char *key, const json_t *entry, double *value)
 {
     struct quantity_error wrong;
-    return quantity_read_json(entry, quantity_unit_of_name(key), value, &wrong);
+    return quantity_read_json(entry, quantity_unit_from_name(key), value, &wrong);
 }
 
 static bool read_value(const struct series_key *key, const json_t *entry, void *field)
@@ -74,8 +74,8 @@ static bool read_value(const struct series_key *key, const json_t *entry, void *
 /* Describes the values that a key accepts: "a number from 0 to 10 ft, or as text with ...". */
 static void format_expected(const struct series_key *key, char out[300])
 {
-    const char *unit = quantity_unit_of_name(key->name);
-    const struct quantity_kind *kind = quantity_kind_of(unit);
+    const char *unit = quantity_unit_from_name(key->name);
+    const struct quantity_kind *kind = quantity_kind_find(unit);
     if (key->kind == SERIES_KEY_NUMBER || key->kind == SERIES_KEY_RANGE)
         snprintf(out, 300, "a number%s from %g to %g%s%s%s%s",
                  key->kind == SERIES_KEY_RANGE ? ", or a range [from, to] from which it is drawn,"

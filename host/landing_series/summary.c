@@ -309,18 +309,18 @@ static int count_decimals(const struct series_spread *s, double factor, int most
 static void add_spread(struct answer *answer, const char *name, const char *label,
                        enum unit_kind kind, const struct series_spread *s, int decimals)
 {
-    const struct unit *unit = unit_of(kind, answer_is_si(answer));
-    const char *suffix = unit_of_passed_value(kind)->suffix, *mark = unit->suffix[0] ? ",|" : "";
+    const struct unit *unit = unit_get(kind, answer_is_si(answer));
+    const char *suffix = unit_get_json(kind)->suffix, *mark = unit->suffix[0] ? ",|" : "";
     char key[40], head[60];
     snprintf(key, sizeof key, "%s%s%s", name, suffix[0] ? "_" : "", suffix);
-    answer_json_value(answer, key, make_spread_json(s));
+    answer_add_json(answer, key, make_spread_json(s));
     if (!label)
         return;
     snprintf(head, sizeof head, "%s%s%s", label, mark, unit->text);
     decimals = count_decimals(s, unit->factor, unit_decimals(kind, answer_is_si(answer), decimals));
-    answer_words(answer, NULL, head, s->count > 0 ? "%.*f (%.*f-%.*f)" : "-", decimals,
-                 unit->factor * s->median, decimals, unit->factor * s->low, decimals,
-                 unit->factor * s->high);
+    answer_add_text(answer, NULL, head, s->count > 0 ? "%.*f (%.*f-%.*f)" : "-", decimals,
+                    unit->factor * s->median, decimals, unit->factor * s->low, decimals,
+                    unit->factor * s->high);
 }
 
 /* Adds a peak to the JSON only; printed output has a separate table. */
@@ -329,9 +329,9 @@ static void add_peak(struct answer *answer, const char *name, const char *mean, 
 {
     char key[24];
     add_spread(answer, name, NULL, kind, &p->spread, 0);
-    answer_estimate(answer, mean, NULL, kind, p->mean, p->mean_error, 0);
+    answer_add_estimate(answer, mean, NULL, kind, p->mean, p->mean_error, 0);
     snprintf(key, sizeof key, "%s_error", name);
-    answer_value(answer, key, NULL, kind, p->run_error, 0);
+    answer_add_value(answer, key, NULL, kind, p->run_error, 0);
 }
 
 static void add_landing(struct answer *answer, const struct landing_series *c,
@@ -339,8 +339,8 @@ static void add_landing(struct answer *answer, const struct landing_series *c,
 {
     bool shown = s->runway_count > 0;
     answer_open_row(answer);
-    answer_count(answer, "landing", shown ? "landing" : NULL, (int64_t)number);
-    answer_count(answer, "runways", shown ? "runways" : NULL, (int64_t)s->runway_count);
+    answer_add_count(answer, "landing", shown ? "landing" : NULL, (int64_t)number);
+    answer_add_count(answer, "runways", shown ? "runways" : NULL, (int64_t)s->runway_count);
     add_spread(answer, "stop", shown ? "stop" : NULL, UNIT_STATION, &s->stop_ft, 1);
     add_spread(answer, "peak", shown ? "largest|movement" : NULL, UNIT_DISPLACEMENT,
                &s->peak_movement_in, 2);
@@ -348,19 +348,18 @@ static void add_landing(struct answer *answer, const struct landing_series *c,
                &s->reach_beyond_stop_ft, 1);
     add_spread(answer, "zone_mats", shown ? "closed|zone,|mats" : NULL, UNIT_NUMBER, &s->zone_mats,
                0);
-    answer_count(answer, "planar", shown ? "planar|engine" : NULL, (int64_t)s->planar_count);
-    answer_count(answer, "with_waves", shown ? "waves" : NULL, (int64_t)s->wave_count);
-    answer_count(answer, "buckled", shown ? "buckled" : NULL, (int64_t)s->buckled_count);
-    answer_count(answer, "unhinged", shown ? "unhinged" : NULL, (int64_t)s->unhinged_count);
-    answer_count(answer, "torn", shown ? "torn" : NULL, (int64_t)s->torn_count);
+    answer_add_count(answer, "planar", shown ? "planar|engine" : NULL, (int64_t)s->planar_count);
+    answer_add_count(answer, "with_waves", shown ? "waves" : NULL, (int64_t)s->wave_count);
+    answer_add_count(answer, "buckled", shown ? "buckled" : NULL, (int64_t)s->buckled_count);
+    answer_add_count(answer, "unhinged", shown ? "unhinged" : NULL, (int64_t)s->unhinged_count);
+    answer_add_count(answer, "torn", shown ? "torn" : NULL, (int64_t)s->torn_count);
     if (shown && c->landings[number - 1].is_modified)
-        answer_words(answer, NULL, "before it", "modified");
+        answer_add_text(answer, NULL, "before it", "modified");
     add_peak(answer, "lift_ratio", "lift_ratio_mean", UNIT_NUMBER, &s->lift_ratio);
     add_peak(answer, "push", "push_mean", UNIT_TENSION, &s->compression_lb);
     add_peak(answer, "pull", "pull_mean", UNIT_TENSION, &s->tension_lb);
-    answer_json_value(answer, "movement_in", make_spreads_json(s->movement_in, c->station_count));
-    answer_json_value(answer, "total_in",
-                      make_spreads_json(s->total_movement_in, c->station_count));
+    answer_add_json(answer, "movement_in", make_spreads_json(s->movement_in, c->station_count));
+    answer_add_json(answer, "total_in", make_spreads_json(s->total_movement_in, c->station_count));
 }
 
 static void add_forces(struct answer *answer, const struct landing_series *c,
@@ -377,11 +376,11 @@ static void add_forces(struct answer *answer, const struct landing_series *c,
     for (size_t i = 0; i < c->landing_count && s[i].runway_count > 0; i++) {
         const struct series_peak *push = &s[i].compression_lb, *pull = &s[i].tension_lb;
         answer_open_row(answer);
-        answer_count(answer, NULL, "landing", (int64_t)i + 1);
-        answer_estimate(answer, NULL, "push", UNIT_TENSION, push->mean, push->mean_error, 1);
-        answer_value(answer, NULL, "error of|one push", UNIT_TENSION, push->run_error, 1);
-        answer_estimate(answer, NULL, "pull", UNIT_TENSION, pull->mean, pull->mean_error, 1);
-        answer_value(answer, NULL, "error of|one pull", UNIT_TENSION, pull->run_error, 1);
+        answer_add_count(answer, NULL, "landing", (int64_t)i + 1);
+        answer_add_estimate(answer, NULL, "push", UNIT_TENSION, push->mean, push->mean_error, 1);
+        answer_add_value(answer, NULL, "error of|one push", UNIT_TENSION, push->run_error, 1);
+        answer_add_estimate(answer, NULL, "pull", UNIT_TENSION, pull->mean, pull->mean_error, 1);
+        answer_add_value(answer, NULL, "error of|one pull", UNIT_TENSION, pull->run_error, 1);
     }
     answer_close_group(answer);
 }
@@ -389,20 +388,20 @@ static void add_forces(struct answer *answer, const struct landing_series *c,
 static void add_stations(struct answer *answer, const struct landing_series *c,
                          const struct series_landing_summary *s)
 {
-    const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer)),
-                      *movement = unit_of(UNIT_DISPLACEMENT, answer_is_si(answer));
+    const struct unit *station = unit_get(UNIT_STATION, answer_is_si(answer)),
+                      *movement = unit_get(UNIT_DISPLACEMENT, answer_is_si(answer));
     char label[80];
     snprintf(label, sizeof label, "total movement (%s), median over the runways, by station (%s)",
              movement->text, station->text);
     answer_open_table(answer, NULL, label);
     for (size_t i = 0; i < c->landing_count && s[i].runway_count > 0; i++) {
         answer_open_row(answer);
-        answer_count(answer, NULL, "landing", (int64_t)i + 1);
+        answer_add_count(answer, NULL, "landing", (int64_t)i + 1);
         for (size_t k = 0; k < c->station_count; k++) {
             snprintf(label, sizeof label, "%.5g", station->factor * c->stations_ft[k]);
-            answer_value(answer, NULL, label, UNIT_NUMBER,
-                         movement->factor * s[i].total_movement_in[k].median,
-                         unit_decimals(UNIT_DISPLACEMENT, answer_is_si(answer), 2));
+            answer_add_value(answer, NULL, label, UNIT_NUMBER,
+                             movement->factor * s[i].total_movement_in[k].median,
+                             unit_decimals(UNIT_DISPLACEMENT, answer_is_si(answer), 2));
         }
     }
     answer_close_group(answer);
@@ -500,65 +499,65 @@ static void add_medians(struct answer *answer, const struct landing_series *c,
 {
     /* NaN if there are no runways; null in the JSON */
     double share = (double)(s->runway_count - s->survived_count) / (double)s->runway_count;
-    answer_value(answer, "buckled_share", NULL, UNIT_NUMBER, share, 2);
-    answer_value(answer, "median_landing", NULL, UNIT_NUMBER, s->buckle_landing.median, 0);
-    answer_value(answer, "median_station", NULL, UNIT_STATION, s->buckle_station_ft.median, 1);
-    answer_value(answer, "median_zone_mats", NULL, UNIT_NUMBER,
-                 compute_median_of_largest(c, runs, get_zone_mats), 0);
-    answer_value(answer, "median_movement", NULL, UNIT_DISPLACEMENT,
-                 compute_median_of_largest(c, runs, get_peak_movement_in), 2);
+    answer_add_value(answer, "buckled_share", NULL, UNIT_NUMBER, share, 2);
+    answer_add_value(answer, "median_landing", NULL, UNIT_NUMBER, s->buckle_landing.median, 0);
+    answer_add_value(answer, "median_station", NULL, UNIT_STATION, s->buckle_station_ft.median, 1);
+    answer_add_value(answer, "median_zone_mats", NULL, UNIT_NUMBER,
+                     compute_median_of_largest(c, runs, get_zone_mats), 0);
+    answer_add_value(answer, "median_movement", NULL, UNIT_DISPLACEMENT,
+                     compute_median_of_largest(c, runs, get_peak_movement_in), 2);
 }
 
 static void add_buckled(struct answer *answer, const struct landing_series *c,
                         const struct series_summary *s)
 {
-    const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
+    const struct unit *station = unit_get(UNIT_STATION, answer_is_si(answer));
     char in[200] = "";
     for (size_t i = 0, length = 0; i < c->landing_count && length < sizeof in; i++) {
         if (s->landing[i].buckled_count > 0)
             length += (size_t)snprintf(in + length, sizeof in - length, ", %zu in landing %zu",
                                        s->landing[i].buckled_count, i + 1);
     }
-    answer_words(answer, NULL, "buckled", "%zu of %zu runways%s",
-                 s->runway_count - s->survived_count, s->runway_count, in);
+    answer_add_text(answer, NULL, "buckled", "%zu of %zu runways%s",
+                    s->runway_count - s->survived_count, s->runway_count, in);
     if (s->buckle_station_ft.count > 0)
-        answer_remark(answer, "; at station %.1f (%.1f-%.1f) %s",
-                      station->factor * s->buckle_station_ft.median,
-                      station->factor * s->buckle_station_ft.low,
-                      station->factor * s->buckle_station_ft.high, station->text);
-    answer_json_value(answer, "buckled_landing", make_spread_json(&s->buckle_landing));
-    answer_json_value(answer, "buckled_ft", make_spread_json(&s->buckle_station_ft));
+        answer_append_remark(answer, "; at station %.1f (%.1f-%.1f) %s",
+                             station->factor * s->buckle_station_ft.median,
+                             station->factor * s->buckle_station_ft.low,
+                             station->factor * s->buckle_station_ft.high, station->text);
+    answer_add_json(answer, "buckled_landing", make_spread_json(&s->buckle_landing));
+    answer_add_json(answer, "buckled_ft", make_spread_json(&s->buckle_station_ft));
 }
 
 static void add_text_if_any(struct answer *answer, const char *label, const char *text)
 {
     if (text[0])
-        answer_words(answer, NULL, label, "%s", text);
+        answer_add_text(answer, NULL, label, "%s", text);
 }
 
 /* Adds the outcome of the series and its uncertainty. */
 static void add_outcome(struct answer *answer, const struct landing_series *c,
                         const struct series_run *runs, const struct series_summary *s)
 {
-    answer_sentence(answer, NULL, "%s: %zu landings on %zu runways (seeds %llu to %llu), %d mats",
-                    c->name, c->landing_count, c->seed_count, (unsigned long long)c->first_seed,
-                    (unsigned long long)(c->first_seed + c->seed_count - 1),
-                    c->landings[0].scene.mats);
-    answer_words(answer, "name", NULL, "%s", c->name);
-    answer_count(answer, "seeds", NULL, (int64_t)c->seed_count);
-    answer_count(answer, "first_seed", NULL, (int64_t)c->first_seed);
-    answer_count(answer, "failed", NULL, (int64_t)s->failed_count);
-    answer_count(answer, "survived", NULL, (int64_t)s->survived_count);
-    answer_words(answer, "observed", NULL, "%s", c->observed);
+    answer_add_sentence(
+        answer, NULL, "%s: %zu landings on %zu runways (seeds %llu to %llu), %d mats", c->name,
+        c->landing_count, c->seed_count, (unsigned long long)c->first_seed,
+        (unsigned long long)(c->first_seed + c->seed_count - 1), c->landings[0].scene.mats);
+    answer_add_text(answer, "name", NULL, "%s", c->name);
+    answer_add_count(answer, "seeds", NULL, (int64_t)c->seed_count);
+    answer_add_count(answer, "first_seed", NULL, (int64_t)c->first_seed);
+    answer_add_count(answer, "failed", NULL, (int64_t)s->failed_count);
+    answer_add_count(answer, "survived", NULL, (int64_t)s->survived_count);
+    answer_add_text(answer, "observed", NULL, "%s", c->observed);
     for (size_t i = 0; i < c->seed_count; i++) {
         if (runs[i].error.status != MR_OK)
-            answer_words(answer, NULL, "FAILED", "seed %llu, landing %zu: %s",
-                         (unsigned long long)runs[i].seed, runs[i].simulated_landings + 1,
-                         runs[i].error.text);
+            answer_add_text(answer, NULL, "FAILED", "seed %llu, landing %zu: %s",
+                            (unsigned long long)runs[i].seed, runs[i].simulated_landings + 1,
+                            runs[i].error.text);
     }
     char ground[200];
     series_ground_text(c, ground, sizeof ground);
-    answer_words(answer, "ground", "ground", "%s", ground);
+    answer_add_text(answer, "ground", "ground", "%s", ground);
     add_buckled(answer, c, s);
     add_text_if_any(answer, "observed", c->observed);
     add_text_if_any(answer, "parameters", c->basis);
@@ -579,10 +578,10 @@ static void add_landing_tables(struct answer *answer, const struct landing_serie
     answer_close_group(answer);
     add_forces(answer, c, s->landing);
     add_stations(answer, c, s->landing);
-    answer_json_value(answer, "stations_ft", make_stations_json(c->stations_ft, c->station_count));
+    answer_add_json(answer, "stations_ft", make_stations_json(c->stations_ft, c->station_count));
     for (size_t i = 0; i < c->seed_count; i++)
         json_array_append_new(list, make_run_json(&runs[i]));
-    answer_json_value(answer, "runways", list);
+    answer_add_json(answer, "runways", list);
     add_medians(answer, c, runs, s);
 }
 

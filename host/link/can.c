@@ -236,7 +236,7 @@ static void can_service(struct link *link)
 }
 
 const struct link_ops link_can_ops = {
-    .carried_kinds = 1u << LINK_CAN,
+    .supported_kinds = 1u << LINK_CAN,
     .is_device = true,
     .open = can_open,
     .receive_frame = can_receive_frame,

@@ -77,7 +77,7 @@ static bool count_bus_line(struct buses *buses, const struct candump_line *line,
 }
 
 /* Returns 2 if a board of this layout is on the bus, 1 for another board, 0 for none. */
-static unsigned rank_bus(const struct bus *bus)
+static unsigned compute_bus_rank(const struct bus *bus)
 {
     return bus->has_matching_layout ? 2 : bus->hello_count > 0;
 }
@@ -87,10 +87,10 @@ static void list_buses(const struct buses *buses, unsigned least, char *out, siz
 {
     size_t of = 0, used = 0, k = 0;
     for (size_t i = 0; i < buses->count; i++)
-        of += rank_bus(&buses->bus[i]) >= least;
+        of += compute_bus_rank(&buses->bus[i]) >= least;
     out[0] = '\0';
     for (size_t i = 0; i < buses->count && used < size; i++) {
-        if (rank_bus(&buses->bus[i]) < least)
+        if (compute_bus_rank(&buses->bus[i]) < least)
             continue;
         k++;
         used += (size_t)snprintf(out + used, size - used, "%s%s",
@@ -115,19 +115,19 @@ static enum mr_status select_bus(const struct buses *buses, const char *named, c
             memcpy(interface, bus->name, CANDUMP_INTERFACE_SIZE);
             return MR_OK;
         }
-        if (rank_bus(bus) > rank_bus(&buses->bus[best]))
+        if (compute_bus_rank(bus) > compute_bus_rank(&buses->bus[best]))
             best = i;
     }
     if (buses->count == 0)
         return MR_OK;
-    unsigned least = rank_bus(&buses->bus[best]);
+    unsigned least = compute_bus_rank(&buses->bus[best]);
     if (named) {
         list_buses(buses, 0, names, sizeof names);
         return error_set(error, MR_USAGE, "no frame of %s: %s; the log has frames of %s", named,
                          where, names);
     }
     for (size_t i = 0; i < buses->count; i++)
-        as_good += rank_bus(&buses->bus[i]) == least;
+        as_good += compute_bus_rank(&buses->bus[i]) == least;
     if (least > 0 && as_good > 1) {
         list_buses(buses, least, names, sizeof names);
         return error_set(
@@ -305,7 +305,7 @@ static ssize_t file_read(struct link *link, uint8_t *bytes, size_t size)
 
 /* Follows the bus with the board in a pipe. The first bus is read until a board sends a hello on
  * another bus. */
-static void follow_board_bus(struct link *link, const struct candump_line *line)
+static void update_board_bus(struct link *link, const struct candump_line *line)
 {
     struct buses buses = {.count = 0};
     if (!link->is_bus_unknown || !count_bus_line(&buses, line, link->base))
@@ -336,7 +336,7 @@ static enum mr_status file_receive_frame(struct link *link, struct link_frame *f
         uint64_t elsewhere = log->other_interface_frames;
         has_frame = candump_log_parse_line(log, text, length, whole, &line);
         if (link->is_bus_unknown && (has_frame || log->other_interface_frames != elsewhere)) {
-            follow_board_bus(link, &line);
+            update_board_bus(link, &line);
             has_frame = candump_is_from_interface(&line, log->interface);
             log->other_interface_frames = elsewhere + !has_frame;
         }
@@ -364,8 +364,8 @@ static enum mr_status file_send(struct link *link, const uint8_t *bytes, size_t 
 }
 
 const struct link_ops link_file_ops = {
-    .carried_kinds = 1u << LINK_CAN | 1u << LINK_SERIAL,
-    .sender_waits = true,
+    .supported_kinds = 1u << LINK_CAN | 1u << LINK_SERIAL,
+    .blocks_sender = true,
     .is_from_recording = true,
     .open = file_open,
     .receive_frame = file_receive_frame,

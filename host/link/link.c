@@ -27,10 +27,10 @@
 #define CLOCK_READING_TRIES_MAX 10
 
 static const struct transport {
-    const char *prefix, *form;
+    const char *prefix, *syntax;
     const struct link_ops *ops;
 } transports[] = {
-#define LINK_TRANSPORT(name, form, text) {#name ":", form, &link_##name##_ops},
+#define LINK_TRANSPORT(name, syntax, text) {#name ":", syntax, &link_##name##_ops},
 #include "host/link/kinds.def"
 };
 #define TRANSPORT_COUNT (sizeof transports / sizeof transports[0])
@@ -47,21 +47,21 @@ static const struct transport *find_transport(const char *spec)
 }
 
 /* size of a list of link forms, such as "unix:PATH, file:PATH or pty:PATH" */
-#define LINK_FORMS_TEXT_SIZE 200u
-static void list_link_forms(char out[LINK_FORMS_TEXT_SIZE])
+#define LINK_SYNTAX_LIST_SIZE 200u
+static void list_link_syntaxes(char out[LINK_SYNTAX_LIST_SIZE])
 {
     size_t n = 0;
-    for (size_t i = 0; i < TRANSPORT_COUNT && n < LINK_FORMS_TEXT_SIZE; i++)
-        n += (size_t)snprintf(out + n, LINK_FORMS_TEXT_SIZE - n, "%s%s",
+    for (size_t i = 0; i < TRANSPORT_COUNT && n < LINK_SYNTAX_LIST_SIZE; i++)
+        n += (size_t)snprintf(out + n, LINK_SYNTAX_LIST_SIZE - n, "%s%s",
                               i == 0                    ? ""
                               : i + 1 < TRANSPORT_COUNT ? ", "
                                                         : " or ",
-                              transports[i].form);
+                              transports[i].syntax);
 }
 
 enum mr_status link_check(const char *spec, struct error *error)
 {
-    char forms[LINK_FORMS_TEXT_SIZE];
+    char forms[LINK_SYNTAX_LIST_SIZE];
     if (find_transport(spec))
         return MR_OK;
     struct stat file;
@@ -69,7 +69,7 @@ enum mr_status link_check(const char *spec, struct error *error)
     if (ending && strcmp(ending, ".log") == 0 && stat(spec, &file) == 0 && S_ISREG(file.st_mode))
         return error_set(error, MR_USAGE, "not a link: '%s'; for a recorded file write file:%s",
                          spec, spec);
-    list_link_forms(forms);
+    list_link_syntaxes(forms);
     return error_set(error, MR_USAGE, "not a link: '%s'; write %s", spec, forms);
 }
 
@@ -174,10 +174,11 @@ static enum mr_status open_spec(const char *spec, enum link_kind kind, uint16_t 
     const struct transport *found = find_transport(spec);
     const char *path = get_spec_path(spec);
     if (!*path)
-        return error_set(error, MR_USAGE, "link without a path: '%s'; write %s", spec, found->form);
-    if (!(found->ops->carried_kinds & 1u << kind))
+        return error_set(error, MR_USAGE, "link without a path: '%s'; write %s", spec,
+                         found->syntax);
+    if (!(found->ops->supported_kinds & 1u << kind))
         return error_set(error, MR_USAGE, "%s cannot carry %s: %s; give the link with %s",
-                         found->form, kind == LINK_CAN ? "CAN frames" : "serial bytes", spec,
+                         found->syntax, kind == LINK_CAN ? "CAN frames" : "serial bytes", spec,
                          kind == LINK_CAN ? "--serial" : "--can");
 
     struct link *made = calloc(1, sizeof *made);
@@ -190,7 +191,7 @@ static enum mr_status open_spec(const char *spec, enum link_kind kind, uint16_t 
                          "out of memory while opening link %s; close other programs", spec);
     }
     made->ops = found->ops;
-    made->form = found->form;
+    made->syntax = found->syntax;
     made->kind = kind;
     made->fd = -1;
     made->name = name;
@@ -254,9 +255,9 @@ void link_set_absence_limit(struct link *link, double seconds)
     link->absence_max_us = (uint64_t)(seconds * 1e6);
 }
 
-bool link_sender_waits(const struct link *link)
+bool link_blocks_sender(const struct link *link)
 {
-    return link->ops->sender_waits;
+    return link->ops->blocks_sender;
 }
 
 bool link_is_from_recording(const struct link *link)
@@ -609,7 +610,7 @@ enum mr_status link_set_baud(struct link *link, int baud, struct error *error)
 
 /* ---- diagnosis of a link without a board ---- */
 
-const char *diagnosis_word(enum diagnosis diagnosis)
+const char *diagnosis_name(enum diagnosis diagnosis)
 {
     static const char *const words[] = {"silent", "garbled", "bus-errors", "no-hello"};
     return words[diagnosis];

@@ -72,7 +72,7 @@ enum mr_status link_parse_base_number(const char *text, const char *where, uint1
                                       struct error *error);
 
 /* True if the sender waits until its data is read, so that no data is lost if the reader pauses. */
-bool link_sender_waits(const struct link *link);
+bool link_blocks_sender(const struct link *link);
 /* True for a recording, which can be read as fast as the reader wants. */
 bool link_is_from_recording(const struct link *link);
 
@@ -149,7 +149,7 @@ enum diagnosis {
 enum diagnosis link_diagnose(const struct link *link, char text[DIAGNOSIS_TEXT_SIZE]);
 /* Returns the reason as one word for programs: "silent", "garbled", "bus-errors", "no-hello".
  * Static storage. */
-const char *diagnosis_word(enum diagnosis diagnosis);
+const char *diagnosis_name(enum diagnosis diagnosis);
 /* Sets the error of a link on which no board identified itself in time: MR_TIMEOUT if nothing was
  * received, otherwise MR_IO. */
 enum mr_status link_set_no_board_error(const struct link *link, struct error *error);

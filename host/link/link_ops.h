@@ -12,10 +12,10 @@
 struct link;
 
 struct link_ops {
-    unsigned carried_kinds; /* bit mask of the data that it can carry: 1 << enum link_kind */
-    bool is_device;         /* the link is a device: if it disappears, wait for its return */
-    bool sender_waits;      /* the sender waits until its data is read */
-    bool is_from_recording; /* a recording: data arrives as fast as it is read */
+    unsigned supported_kinds; /* bit mask of the data that it can carry: 1 << enum link_kind */
+    bool is_device;           /* the link is a device: if it disappears, wait for its return */
+    bool blocks_sender;       /* the sender waits until its data is read */
+    bool is_from_recording;   /* a recording: data arrives as fast as it is read */
     enum mr_status (*open)(struct link *link, const char *path, struct error *error);
     enum mr_status (*receive_frame)(struct link *link, struct link_frame *frame,
                                     struct error *error);
@@ -39,7 +39,7 @@ struct tty;
 
 struct link {
     const struct link_ops *ops;
-    const char *form; /* form of the LINK for messages: "unix:PATH" */
+    const char *syntax; /* form of the LINK for messages: "unix:PATH" */
     enum link_kind kind;
     int fd;
     char *name;    /* LINK text given when the link was opened, without the option base= */
@@ -77,7 +77,7 @@ struct link {
     char adapter[USB_TEXT_SIZE];
 };
 
-#define LINK_TRANSPORT(name, form, text) extern const struct link_ops link_##name##_ops;
+#define LINK_TRANSPORT(name, syntax, text) extern const struct link_ops link_##name##_ops;
 #include "host/link/kinds.def"
 
 /* Reads more bytes into the buffer. MR_OK: there are new bytes. MR_TOO_FEW: none at present.

@@ -15,20 +15,20 @@
 
 #include "host/link/link_ops.h"
 
-#define QUEUE_PIECE_BYTES (256u * 1024u)
+#define QUEUE_CHUNK_BYTES (256u * 1024u)
 
 /* Sums over all items before a position. */
 struct queue_totals {
     uint64_t item_count, memory_bytes, frame_count, serial_byte_count;
 };
 
-struct queue_piece {
-    struct queue_piece *next;
+struct queue_chunk {
+    struct queue_chunk *next;
     size_t used; /* number of bytes used in `bytes` */
     struct queue_totals totals_before;
-    uint8_t bytes[QUEUE_PIECE_BYTES - 48];
+    uint8_t bytes[QUEUE_CHUNK_BYTES - 48];
 };
-_Static_assert(sizeof(struct queue_piece) == QUEUE_PIECE_BYTES,
+_Static_assert(sizeof(struct queue_chunk) == QUEUE_CHUNK_BYTES,
                "a piece is a whole number of pages");
 
 struct item_header {
@@ -42,7 +42,7 @@ _Static_assert(sizeof(struct item_header) == LINK_QUEUE_ITEM_BYTES,
 
 /* A position in the queue, between two items. */
 struct queue_position {
-    struct queue_piece *piece;
+    struct queue_chunk *chunk;
     size_t offset;
     struct queue_totals totals;
 };
@@ -54,15 +54,15 @@ struct link_queue {
     int event_fd;
     bool wants_event, is_stopped, was_full;
     /* largest number of items read so far; after a rewind, smaller item numbers are read again */
-    uint64_t most_items_read;
-    struct queue_piece *spare, *oldest; /* oldest: first piece that has not been discarded */
+    uint64_t max_read_item_count;
+    struct queue_chunk *spare, *oldest; /* oldest: first piece that has not been discarded */
     size_t history_bytes_max;
     struct queue_position write_position, read_position, release_position;
 };
 
-static struct queue_piece *allocate_piece(void)
+static struct queue_chunk *allocate_chunk(void)
 {
-    void *memory = mmap(NULL, sizeof(struct queue_piece), PROT_READ | PROT_WRITE,
+    void *memory = mmap(NULL, sizeof(struct queue_chunk), PROT_READ | PROT_WRITE,
                         MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     return memory == MAP_FAILED ? NULL : memory;
 }
@@ -71,8 +71,8 @@ enum mr_status link_queue_open(size_t capacity, int event_fd, struct link_queue 
                                struct error *error)
 {
     struct link_queue *made = calloc(1, sizeof *made);
-    struct queue_piece *piece = made ? allocate_piece() : NULL;
-    if (!piece) {
+    struct queue_chunk *chunk = made ? allocate_chunk() : NULL;
+    if (!chunk) {
         free(made);
         return error_set(error, MR_FULL,
                          "out of memory for data from a link; close other programs");
@@ -84,8 +84,8 @@ enum mr_status link_queue_open(size_t capacity, int event_fd, struct link_queue 
     made->history_bytes_max = (capacity < LINK_QUEUE_SERIAL_BYTES ? capacity
                                                                   : LINK_QUEUE_SERIAL_BYTES) /
                               LINK_QUEUE_HISTORY_DIVISOR;
-    made->oldest = made->write_position.piece = made->read_position.piece =
-        made->release_position.piece = piece;
+    made->oldest = made->write_position.chunk = made->read_position.chunk =
+        made->release_position.chunk = chunk;
     *queue = made;
     return MR_OK;
 }
@@ -94,9 +94,9 @@ void link_queue_close(struct link_queue *queue)
 {
     if (!queue)
         return;
-    for (struct queue_piece *piece = queue->oldest, *next; piece; piece = next) {
-        next = piece->next;
-        munmap(piece, sizeof *piece);
+    for (struct queue_chunk *chunk = queue->oldest, *next; chunk; chunk = next) {
+        next = chunk->next;
+        munmap(chunk, sizeof *chunk);
     }
     if (queue->spare)
         munmap(queue->spare, sizeof *queue->spare);
@@ -135,24 +135,24 @@ static bool append_item(struct link_queue *queue, const struct item_header *head
     pthread_mutex_lock(&queue->lock);
     struct queue_position *end = &queue->write_position;
     bool fits = beyond_capacity || count_held_bytes(queue) + size <= queue->capacity;
-    if (fits && end->offset + size > sizeof end->piece->bytes) {
-        struct queue_piece *next = queue->spare ? queue->spare : allocate_piece();
+    if (fits && end->offset + size > sizeof end->chunk->bytes) {
+        struct queue_chunk *next = queue->spare ? queue->spare : allocate_chunk();
         queue->spare = NULL;
         fits = next != NULL;
         if (next) {
             next->next = NULL;
             next->used = 0;
             next->totals_before = end->totals;
-            end->piece->next = next;
-            end->piece = next;
+            end->chunk->next = next;
+            end->chunk = next;
             end->offset = 0;
         }
     }
     if (fits) {
-        memcpy(end->piece->bytes + end->offset, head, sizeof *head);
-        memcpy(end->piece->bytes + end->offset + sizeof *head, content, head->length);
+        memcpy(end->chunk->bytes + end->offset, head, sizeof *head);
+        memcpy(end->chunk->bytes + end->offset + sizeof *head, content, head->length);
         advance_position(end, head);
-        end->piece->used = end->offset;
+        end->chunk->used = end->offset;
     } else {
         queue->was_full = true;
     }
@@ -237,10 +237,10 @@ bool link_queue_is_nearly_full(struct link_queue *queue)
 }
 
 /* Moves a position at the end of a piece to the beginning of the next one. */
-static void skip_piece_end(struct queue_position *place)
+static void skip_chunk_end(struct queue_position *place)
 {
-    if (place->offset == place->piece->used && place->piece->next) {
-        place->piece = place->piece->next;
+    if (place->offset == place->chunk->used && place->chunk->next) {
+        place->chunk = place->chunk->next;
         place->offset = 0;
     }
 }
@@ -251,14 +251,14 @@ bool link_queue_read(struct link_queue *queue, struct link_item *item)
     pthread_mutex_lock(&queue->lock);
     bool any = queue->read_position.totals.item_count != queue->write_position.totals.item_count;
     if (any) {
-        skip_piece_end(&queue->read_position);
-        const uint8_t *at = queue->read_position.piece->bytes + queue->read_position.offset;
+        skip_chunk_end(&queue->read_position);
+        const uint8_t *at = queue->read_position.chunk->bytes + queue->read_position.offset;
         memcpy(&head, at, sizeof head);
         item->bytes = at + sizeof head;
         advance_position(&queue->read_position, &head);
-        item->is_repeated = queue->read_position.totals.item_count <= queue->most_items_read;
+        item->is_repeated = queue->read_position.totals.item_count <= queue->max_read_item_count;
         if (!item->is_repeated)
-            queue->most_items_read = queue->read_position.totals.item_count;
+            queue->max_read_item_count = queue->read_position.totals.item_count;
     }
     pthread_mutex_unlock(&queue->lock);
     if (!any)
@@ -301,11 +301,11 @@ void link_queue_release(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
     queue->release_position = queue->read_position;
-    while (queue->oldest != queue->release_position.piece &&
+    while (queue->oldest != queue->release_position.chunk &&
            queue->release_position.totals.memory_bytes -
                    queue->oldest->next->totals_before.memory_bytes >=
                queue->history_bytes_max) {
-        struct queue_piece *old = queue->oldest;
+        struct queue_chunk *old = queue->oldest;
         queue->oldest = old->next;
         if (queue->spare)
             munmap(old, sizeof *old);
@@ -328,7 +328,7 @@ void link_queue_rewind_all(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
     queue->release_position = queue->read_position =
-        (struct queue_position){.piece = queue->oldest, .totals = queue->oldest->totals_before};
+        (struct queue_position){.chunk = queue->oldest, .totals = queue->oldest->totals_before};
     pthread_mutex_unlock(&queue->lock);
 }
 
@@ -344,11 +344,11 @@ uint64_t link_queue_oldest_us(struct link_queue *queue)
 {
     uint64_t oldest_us = 0;
     pthread_mutex_lock(&queue->lock);
-    struct queue_position place = {.piece = queue->oldest, .totals = queue->oldest->totals_before};
+    struct queue_position place = {.chunk = queue->oldest, .totals = queue->oldest->totals_before};
     while (oldest_us == 0 && place.totals.item_count != queue->write_position.totals.item_count) {
         struct item_header head;
-        skip_piece_end(&place);
-        memcpy(&head, place.piece->bytes + place.offset, sizeof head);
+        skip_chunk_end(&place);
+        memcpy(&head, place.chunk->bytes + place.offset, sizeof head);
         oldest_us = head.host_us;
         advance_position(&place, &head);
     }
@@ -461,7 +461,7 @@ static bool queue_data(struct link_reader *reader, const struct link_frame *fram
                           : link_queue_put_bytes(reader->queue, reader->bytes, length, host_us);
         if (has_data)
             return true;
-        if (!link_sender_waits(reader->link)) {
+        if (!link_blocks_sender(reader->link)) {
             count_dropped_data(reader, count);
             return true;
         }

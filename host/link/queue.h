@@ -110,7 +110,7 @@ struct link_queue_depth link_queue_depth(struct link_queue *queue);
  * A live link has a separate thread, which puts a time stamp on data as it arrives. When its queue
  * is full, all data is lost until a quarter is free again: the queued data stays complete, the gap
  * has one beginning and one end, and the link's counters show the cause (LINK_LOST_...). A link
- * whose sender can wait (link_sender_waits) is not read meanwhile, and loses nothing. A recording
+ * whose sender can wait (link_blocks_sender) is not read meanwhile, and loses nothing. A recording
  * (link_is_from_recording) has no thread: it is read on request, so that the same files always give
  * the same campaign. */
 

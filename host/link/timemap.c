@@ -7,7 +7,7 @@
 #include "host/base/statistics.h"
 
 #define TIME_STAMP_ERROR_US       0.5 /* half the resolution of the host's time stamps */
-#define STRIP_MIN_US              1e-3
+#define STRIP_WIDTH_MIN_US        1e-3
 /* 2000-01-01; an earlier time stamp is not a time of day */
 #define EARLIEST_DATE_US          946684800000000
 #define UNCERTAINTY_MAX_US        50000.0
@@ -187,7 +187,7 @@ struct timemap_value timemap_to_host_us(const struct timemap_fit *fit, double bo
                                   hypot(offset.half_width, TIME_STAMP_ERROR_US)};
 }
 
-static bool is_rate_above(const struct timemap_fit *fit, double most_ppm)
+static bool is_rate_error_above(const struct timemap_fit *fit, double most_ppm)
 {
     return fabs(fit->rate_ppm.value) - fit->rate_ppm.half_width > most_ppm;
 }
@@ -195,11 +195,11 @@ static bool is_rate_above(const struct timemap_fit *fit, double most_ppm)
 static enum timemap_refusal check_fit(const struct timemap_fit *fit, double tolerance_ppm, bool set)
 {
     if (fit->host_origin_us < EARLIEST_DATE_US)
-        return TIMEMAP_NO_DATE;
-    if (set && !is_rate_above(fit, EMULATED_RATE_MIN_PPM))
+        return TIMEMAP_UNDATED;
+    if (set && !is_rate_error_above(fit, EMULATED_RATE_MIN_PPM))
         return TIMEMAP_UNCERTAIN;
-    if (is_rate_above(fit, tolerance_ppm))
-        return TIMEMAP_OTHER_RATE;
+    if (is_rate_error_above(fit, tolerance_ppm))
+        return TIMEMAP_WRONG_RATE;
     if (fit->spread_us > UNCERTAINTY_MAX_US ||
         timemap_to_host_us(fit, fit->to_us).half_width > UNCERTAINTY_MAX_US)
         return TIMEMAP_UNCERTAIN;
@@ -262,7 +262,7 @@ void timemap_fit(const struct timemap *map, double tolerance_ppm, struct timemap
     fit->spread_us = over_us[n / 2];
     size_t m = count_strip_pairs(n);
     double strip_us = over_us[m - 1] * (1.0 - (double)m / (4.0 * (double)n));
-    integrate_posterior(fit, hull, count, touch_us, fmax(strip_us, STRIP_MIN_US), (double)m);
+    integrate_posterior(fit, hull, count, touch_us, fmax(strip_us, STRIP_WIDTH_MIN_US), (double)m);
     /* time that this computer's clock gains per second of the board's clock, us */
     struct timemap_value slower = compute_interval(fit, 0.0, 1.0);
     fit->rate_ppm = (struct timemap_value){1e6 / (1.0 + slower.value / 1e6) - 1e6,
@@ -275,8 +275,8 @@ const char *timemap_refusal_text(unsigned refusal)
     switch (refusal) {
     case TIMEMAP_OK: return "good";
     case TIMEMAP_TOO_FEW_PAIRS: return "too few clock messages; log for at least 15 s";
-    case TIMEMAP_NO_DATE: return "the record has no times of day";
-    case TIMEMAP_OTHER_RATE:
+    case TIMEMAP_UNDATED: return "the record has no times of day";
+    case TIMEMAP_WRONG_RATE:
         return "board time and the clock of this computer ran at different rates: the board was "
                "emulated at full speed or read from a file, or the clock of this computer was "
                "changed";

@@ -57,17 +57,17 @@ enum timemap_refusal {
     TIMEMAP_OK,
     TIMEMAP_TOO_FEW_PAIRS,
     /* The time stamps are not times of day: the recording was made without a clock. */
-    TIMEMAP_NO_DATE,
+    TIMEMAP_UNDATED,
     /* The board's time does not run at the rate of this computer's clock: the board is emulated, or
      * a file is read. */
-    TIMEMAP_OTHER_RATE,
+    TIMEMAP_WRONG_RATE,
     /* the delays vary too much, or this computer's clock was set during the recording */
     TIMEMAP_UNCERTAIN,
 };
 
 struct timemap_fit {
     /* If it is not TIMEMAP_OK, the fields below are not valid, except pair_count and, for
-     * TIMEMAP_OTHER_RATE, rate_ppm. */
+     * TIMEMAP_WRONG_RATE, rate_ppm. */
     enum timemap_refusal refusal;
     size_t pair_count;
     double from_us, to_us;         /* board time of the first and the last time pair */
@@ -85,7 +85,7 @@ struct timemap_fit {
 /* Adds a pair. A pair whose board time is not later than the last one is ignored. */
 void timemap_add(struct timemap *map, double board_us, int64_t host_us);
 /* Fits the line. `tolerance_ppm`: largest possible rate error of both clocks together; if the rate
- * error is certainly larger, the result is TIMEMAP_OTHER_RATE. */
+ * error is certainly larger, the result is TIMEMAP_WRONG_RATE. */
 void timemap_fit(const struct timemap *map, double tolerance_ppm, struct timemap_fit *fit);
 /* Converts a board time to the time of day, Unix microseconds. The interval is wider for times
  * farther from the pairs. */

@@ -78,7 +78,7 @@ struct tty {
     int driver_counts_errors;
 };
 
-enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_SIZE], int *baud,
+enum mr_status tty_parse(const char *text, const char *syntax, char path[TTY_PATH_SIZE], int *baud,
                          struct error *error)
 {
     const char *colon = strrchr(text, ':');
@@ -90,7 +90,7 @@ enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_
         if (end == colon + 1 || value < 50 || value > BAUD_MAX)
             return error_set(error, MR_USAGE,
                              "not a baud rate: '%s' of '%s'; write %s, with 50 to %d baud",
-                             colon + 1, text, form, BAUD_MAX);
+                             colon + 1, text, syntax, BAUD_MAX);
         *baud = (int)value;
         length = (size_t)(colon - text);
     } else if (colon && colon > text && (size_t)(colon - text) < TTY_PATH_SIZE) {
@@ -99,10 +99,10 @@ enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_
         if (access(path, F_OK) == 0 && access(text, F_OK) != 0)
             return error_set(error, MR_USAGE,
                              "not a baud rate: '%s' of '%s'; write %s, with 50 to %d baud",
-                             colon + 1, text, form, BAUD_MAX);
+                             colon + 1, text, syntax, BAUD_MAX);
     }
     if (length == 0 || length >= TTY_PATH_SIZE)
-        return error_set(error, MR_USAGE, "not a serial port: '%s'; write %s", text, form);
+        return error_set(error, MR_USAGE, "not a serial port: '%s'; write %s", text, syntax);
     memcpy(path, text, length);
     path[length] = '\0';
     return MR_OK;
@@ -148,7 +148,7 @@ static bool find_adapter(const char *usb, char real[PATH_MAX])
 
 /* Stores which adapter the port belongs to. Nothing is stored if several ports are alike (adapters
  * without serial numbers, or with several ports), because then only the name distinguishes them. */
-static void remember_adapter(struct link *link)
+static void store_adapter_name(struct link *link)
 {
     char none[PATH_MAX] = "";
     describe_adapter(link->tty->port, link->adapter);
@@ -276,7 +276,7 @@ static enum mr_status serial_open(struct link *link, const char *text, struct er
     char path[TTY_PATH_SIZE], real[PATH_MAX];
     char away[USB_TEXT_SIZE + 20];
     int baud;
-    enum mr_status status = tty_parse(text, link->form, path, &baud, error);
+    enum mr_status status = tty_parse(text, link->syntax, path, &baud, error);
     if (status != MR_OK)
         return status;
     if (!realpath(path, real)) {
@@ -307,7 +307,7 @@ static enum mr_status serial_open(struct link *link, const char *text, struct er
         return status;
     }
     if (tty->port && !link->adapter[0])
-        remember_adapter(link);
+        store_adapter_name(link);
     tty->driver_counts_errors = ioctl(tty->fd, TIOCGICOUNT, &tty->last_counters) == 0;
     link->fd = tty->fd;
     link_restart_counting(link, baud);
@@ -378,7 +378,7 @@ static void serial_service(struct link *link)
 }
 
 const struct link_ops link_serial_ops = {
-    .carried_kinds = 1u << LINK_SERIAL,
+    .supported_kinds = 1u << LINK_SERIAL,
     .is_device = true,
     .open = serial_open,
     .send = serial_send,
@@ -407,8 +407,8 @@ static enum mr_status pty_open(struct link *link, const char *path, struct error
 }
 
 const struct link_ops link_pty_ops = {
-    .carried_kinds = 1u << LINK_SERIAL,
-    .sender_waits = true,
+    .supported_kinds = 1u << LINK_SERIAL,
+    .blocks_sender = true,
     .open = pty_open,
     .send = link_write,
     .set_baud = pts_set_baud,

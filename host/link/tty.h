@@ -14,7 +14,7 @@ struct tty;
 /* Splits "TTY[:BAUD]". A colon belongs to the path unless only digits follow it (names in
  * /dev/serial/by-path contain colons). MR_USAGE: wrong syntax; `form` is the correct syntax for the
  * message. */
-enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_SIZE], int *baud,
+enum mr_status tty_parse(const char *text, const char *syntax, char path[TTY_PATH_SIZE], int *baud,
                          struct error *error);
 
 #endif

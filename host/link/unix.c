@@ -106,8 +106,8 @@ enum mr_status link_write(struct link *link, const uint8_t *bytes, size_t length
 }
 
 const struct link_ops link_unix_ops = {
-    .carried_kinds = 1u << LINK_CAN | 1u << LINK_SERIAL,
-    .sender_waits = true,
+    .supported_kinds = 1u << LINK_CAN | 1u << LINK_SERIAL,
+    .blocks_sender = true,
     .open = unix_open,
     .receive_frame = unix_receive_frame,
     .send = link_write,

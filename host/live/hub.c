@@ -118,7 +118,7 @@ static json_t *make_units_json(bool si)
                                                                 "deceleration", "tension"};
     json_t *units = json_object();
     for (int kind = 0; kind < UNIT_MEASURED_KIND_COUNT; kind++) {
-        const struct unit *unit = unit_of((enum unit_kind)kind, si);
+        const struct unit *unit = unit_get((enum unit_kind)kind, si);
         json_object_set_new(units, names[kind],
                             json_pack("{sssf}", "text", unit->text, "factor", unit->factor));
     }

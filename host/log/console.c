@@ -35,7 +35,7 @@ static bool logger_has_received_hello(const struct logger *logger)
 
 void logger_clear_progress(const struct logger *logger)
 {
-    if (!logger->cli->quiet && cli_can_draw_on_stderr())
+    if (!logger->cli->quiet && cli_is_stderr_terminal())
         fputs("\r\033[K", stderr);
 }
 
@@ -329,7 +329,7 @@ void logger_note_health(struct logger *logger)
     if (crash || alarm)
         logger_clear_progress(logger);
     if (crash) {
-        crash_headline(crash, text, sizeof text);
+        crash_format_summary(crash, text, sizeof text);
         cli_note(logger->cli, "%s", text);
     }
     if (alarm && alarm->state > MR_CAN_GOOD)
@@ -374,7 +374,7 @@ void logger_note_answers(struct logger *logger)
 
 void logger_show_progress(struct logger *logger, bool last)
 {
-    if (logger->cli->quiet || !cli_can_draw_on_stderr() ||
+    if (logger->cli->quiet || !cli_is_stderr_terminal() ||
         monotonic_us() < logger->typed.typing_until_us ||
         (!last && monotonic_us() - logger->progress_shown_us < PROGRESS_PERIOD_US))
         return;
@@ -578,14 +578,14 @@ static void add_missing_messages(int kind, const int64_t missing[MR_MESSAGE_COUN
     for (unsigned place = 0; place < MR_MESSAGE_COUNT; place++) {
         if (missing[place] == 0)
             continue;
-        answer_count(answer, mr_message_name(place), NULL, missing[place]);
+        answer_add_count(answer, mr_message_name(place), NULL, missing[place]);
         if (used < sizeof text)
             used += (size_t)snprintf(text + used, sizeof text - used, "%s %s %lld", used ? "," : "",
                                      mr_message_name(place), (long long)missing[place]);
     }
     if (used)
-        answer_sentence(answer, NULL, "messages missed on %s in this session:%s",
-                        summary_link_name(kind), text);
+        answer_add_sentence(answer, NULL, "messages missed on %s in this session:%s",
+                            summary_link_name(kind), text);
     answer_close_group(answer);
 }
 
@@ -600,24 +600,24 @@ static void add_link_to_answer(const struct logger *logger, unsigned link,
         fault[i] = (int64_t)logger->counters[link].fault_count[i];
     summary_format_link_errors(fault, line, sizeof line);
     answer_open_group(answer, kind == LINK_CAN ? "can" : "serial", "");
-    answer_count(answer, "received", NULL, c->received);
-    answer_count(answer, "lost", NULL, c->lost);
-    answer_count(answer, "dropped", NULL, c->dropped);
-    answer_count(answer, "bad", NULL, c->bad);
-    answer_count(answer, "foreign", NULL, c->foreign);
+    answer_add_count(answer, "received", NULL, c->received);
+    answer_add_count(answer, "lost", NULL, c->lost);
+    answer_add_count(answer, "dropped", NULL, c->dropped);
+    answer_add_count(answer, "bad", NULL, c->bad);
+    answer_add_count(answer, "foreign", NULL, c->foreign);
     add_missing_messages((int)kind, p->missing_count[kind], answer);
-    answer_json_value(answer, "troubles", summary_link_errors_to_json(fault));
+    answer_add_json(answer, "troubles", summary_link_errors_to_json(fault));
     if (line[0])
-        answer_sentence(answer, NULL, "%s link in this session: %s", summary_link_name((int)kind),
-                        line);
+        answer_add_sentence(answer, NULL, "%s link in this session: %s",
+                            summary_link_name((int)kind), line);
     const uint64_t elsewhere = link_counters(logger->link[link])->other_interface_frames;
     if (elsewhere) {
-        answer_count(answer, "other_interfaces", NULL, (int64_t)elsewhere);
-        answer_sentence(answer, NULL, "frames of other buses, not logged: %llu",
-                        (unsigned long long)elsewhere);
+        answer_add_count(answer, "other_interfaces", NULL, (int64_t)elsewhere);
+        answer_add_sentence(answer, NULL, "frames of other buses, not logged: %llu",
+                            (unsigned long long)elsewhere);
     }
     if (kind == LINK_CAN && p->frames_before_log >= 0)
-        answer_count(answer, "before_logging", NULL, p->frames_before_log);
+        answer_add_count(answer, "before_logging", NULL, p->frames_before_log);
     answer_close_group(answer);
 }
 
@@ -626,17 +626,17 @@ static void add_board_to_answer(const struct logger *logger, struct answer *answ
     const struct link *link = NULL;
     struct collector_progress p;
     collector_get_progress(logger->collector, &p);
-    answer_count(answer, "session", NULL, collector_get_session(logger->collector));
-    answer_count(answer, "base", NULL, logger->can_base);
+    answer_add_count(answer, "session", NULL, collector_get_session(logger->collector));
+    answer_add_count(answer, "base", NULL, logger->can_base);
     answer_open_group(answer, "links", "");
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         if (logger->link[kind])
             add_link_to_answer(logger, (unsigned)kind, &p, answer);
     }
     answer_close_group(answer);
-    answer_words_or_none(answer, "unheard", NULL,
-                         p.hello_received ? NULL : diagnosis_word(diagnose_links(logger, &link)),
-                         NULL);
+    answer_add_text_or_missing(
+        answer, "unheard", NULL,
+        p.hello_received ? NULL : diagnosis_name(diagnose_links(logger, &link)), NULL);
 }
 
 int logger_show_session(struct logger *logger, const char *db, const struct error *error, int code)
@@ -644,15 +644,15 @@ int logger_show_session(struct logger *logger, const char *db, const struct erro
     struct answer *answer = answer_new(logger->cli->si);
     char held[300];
     watch_session_text(&logger->watch, held, sizeof held);
-    answer_json_value(answer, "db", json_string(logger->saved_path[0] ? logger->saved_path : db));
-    answer_words(answer, "ended_by", NULL, "%s", logger->ended_by);
+    answer_add_json(answer, "db", json_string(logger->saved_path[0] ? logger->saved_path : db));
+    answer_add_text(answer, "ended_by", NULL, "%s", logger->ended_by);
     add_board_to_answer(logger, answer);
-    answer_json_value(answer, "queue", watch_json(&logger->watch));
+    answer_add_json(answer, "queue", watch_json(&logger->watch));
     if (held[0])
-        answer_sentence(answer, NULL, "writing the campaign in this session: %s", held);
-    answer_json_value(answer, "landings", json_incref(logger->landings_json));
-    answer_words_or_none(answer, "error", NULL, error->text, NULL);
-    int shown = answer_show(logger->cli, answer, code);
+        answer_add_sentence(answer, NULL, "writing the campaign in this session: %s", held);
+    answer_add_json(answer, "landings", json_incref(logger->landings_json));
+    answer_add_text_or_missing(answer, "error", NULL, error->text, NULL);
+    int shown = answer_print(logger->cli, answer, code);
     return logger->cli->json ? shown : code;
 }
 

@@ -202,8 +202,8 @@ static enum mr_status record_link_faults(struct logger *logger, unsigned link, s
     logger_note_link_faults(logger, link);
     enum mr_status status = logger_begin_transaction(logger, error);
     if (status == MR_OK)
-        status = collector_account_link_faults(logger->collector, (enum link_kind)link,
-                                               &logger->counters[link], error);
+        status = collector_count_link_faults(logger->collector, (enum link_kind)link,
+                                             &logger->counters[link], error);
     logger->faults_changed[link] = status != MR_OK;
     return status;
 }

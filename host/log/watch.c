@@ -120,7 +120,7 @@ static void print_note(const struct watch *watch, const char *line)
     if (watch->cli->quiet || !line[0])
         return;
     /* clear the progress line first */
-    fprintf(stderr, "%smatrig: %s\n", cli_can_draw_on_stderr() ? "\r\033[K" : "", line);
+    fprintf(stderr, "%smatrig: %s\n", cli_is_stderr_terminal() ? "\r\033[K" : "", line);
     fflush(stderr);
 }
 
@@ -176,7 +176,7 @@ static void check_store_call(struct watch *watch, uint64_t at_us)
     /* The writing thread, which normally receives the signals, is inside a call of the store; look
      * for pending signals here. */
     sigpending(&pending);
-    cli_fill_end_signals(&ends);
+    cli_fill_termination_signals(&ends);
     sigandset(&both, &pending, &ends);
     if (watch->end_requested_us == 0 && watch->call_start_us && !sigisemptyset(&both))
         watch->end_requested_us = at_us;
@@ -191,7 +191,7 @@ static void check_store_call(struct watch *watch, uint64_t at_us)
     fprintf(stderr,
             "%smatrig: the disk has accepted no data for %.0f s: %s; the newest %s are not saved; "
             "check the disk\n",
-            cli_can_draw_on_stderr() ? "\r\033[K" : "",
+            cli_is_stderr_terminal() ? "\r\033[K" : "",
             (double)(at_us - watch->call_start_us) / 1e6, watch->campaign_path, what);
     fflush(stderr);
     _exit(3); /* do not close the campaign: that would wait for the same disk */

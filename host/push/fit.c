@@ -204,7 +204,7 @@ static enum mr_status parse_row(struct readings_file *t, char *cell[CELLS_MAX])
 static enum mr_status parse_line(struct readings_file *t, char *line)
 {
     char *cell[CELLS_MAX];
-    line += t->line == 1 ? utf8_mark_length(line, strlen(line)) : 0;
+    line += t->line == 1 ? utf8_bom_length(line, strlen(line)) : 0;
     line += strspn(line, BLANKS);
     if (line[0] == '\0' || line[0] == '#')
         return MR_OK;

@@ -28,25 +28,27 @@ static void add_law(struct answer *answer, const struct push_ground *ground)
     char times[32] = "over a million";
     if (fabs(ln) < log(1e6))
         snprintf(times, sizeof times, "%.3g", exp(fabs(ln)));
-    answer_words(answer, "law", NULL, "%s", get_law_name(ground->law));
-    answer_value(answer, "log_odds", NULL, UNIT_NUMBER, ln, 1);
+    answer_add_text(answer, "law", NULL, "%s", get_law_name(ground->law));
+    answer_add_value(answer, "log_odds", NULL, UNIT_NUMBER, ln, 1);
     switch (ground->law) {
     case PUSH_ELASTIC:
-        answer_sentence(answer, NULL,
-                        "Elastic ground: mats move before they slide. These readings are %s times "
-                        "as likely as with Coulomb's rigid law.",
-                        times);
+        answer_add_sentence(
+            answer, NULL,
+            "Elastic ground: mats move before they slide. These readings are %s times "
+            "as likely as with Coulomb's rigid law.",
+            times);
         break;
     case PUSH_RIGID:
-        answer_sentence(answer, NULL,
-                        "Coulomb's rigid law: the mat does not move before it slides. These "
-                        "readings are %s times as likely as with elastic ground of %.0f to %.0f "
-                        "lb/ft per mat. No gear_ key is written.",
-                        times, PUSH_EXPECTED_STIFFNESS_LB_FT * pow(10.0, -PUSH_PRIOR_DECADES),
-                        PUSH_EXPECTED_STIFFNESS_LB_FT * pow(10.0, PUSH_PRIOR_DECADES));
+        answer_add_sentence(
+            answer, NULL,
+            "Coulomb's rigid law: the mat does not move before it slides. These "
+            "readings are %s times as likely as with elastic ground of %.0f to %.0f "
+            "lb/ft per mat. No gear_ key is written.",
+            times, PUSH_EXPECTED_STIFFNESS_LB_FT * pow(10.0, -PUSH_PRIOR_DECADES),
+            PUSH_EXPECTED_STIFFNESS_LB_FT * pow(10.0, PUSH_PRIOR_DECADES));
         break;
     default:
-        answer_sentence(
+        answer_add_sentence(
             answer, NULL,
             "Elastic ground cannot be distinguished from Coulomb's rigid law: the readings are %s "
             "times as likely with %s as with the other law, but the factor must be %.0f. Push "
@@ -62,27 +64,27 @@ static void add_undetermined_parameter(struct answer *answer, const char *name,
 {
     if (!isnan(parameter->interval.value))
         return;
-    answer_words(answer, NULL, name, "undetermined: %s", parameter->reason);
+    answer_add_text(answer, NULL, name, "undetermined: %s", parameter->reason);
     if (kept)
-        answer_remark(answer, "; a scene uses %s", kept);
+        answer_append_remark(answer, "; a scene uses %s", kept);
 }
 
 static void add_bounds(struct answer *answer, const struct push_ground *ground)
 {
     add_undetermined_parameter(answer, "gear_k_lb_ft", &ground->k_lb_ft, NULL);
     if (isnan(ground->k_lb_ft.interval.value) && ground->k_lb_ft.interval.low > 0.0) {
-        answer_remark(answer, "; at least %.0f lb/ft", ground->k_lb_ft.interval.low);
-        answer_value(answer, "k_at_least_lb_ft", NULL, UNIT_NUMBER, ground->k_lb_ft.interval.low,
-                     0);
+        answer_append_remark(answer, "; at least %.0f lb/ft", ground->k_lb_ft.interval.low);
+        answer_add_value(answer, "k_at_least_lb_ft", NULL, UNIT_NUMBER,
+                         ground->k_lb_ft.interval.low, 0);
     }
     add_undetermined_parameter(answer, "gear_unloading", &ground->unloading_ratio, "1");
     add_undetermined_parameter(answer, "gear_axle_law", &ground->axle_law, "1");
     add_undetermined_parameter(answer, "f", &ground->friction, NULL);
     if (isnan(ground->friction.interval.value)) {
-        answer_remark(answer, "; at least %.3f", ground->friction.interval.low);
-        answer_value(answer, "f_at_least", NULL, UNIT_NUMBER, ground->friction.interval.low, 3);
+        answer_append_remark(answer, "; at least %.3f", ground->friction.interval.low);
+        answer_add_value(answer, "f_at_least", NULL, UNIT_NUMBER, ground->friction.interval.low, 3);
     }
-    answer_words(
+    answer_add_text(
         answer, NULL, "gear_damping",
         "undetermined: readings at rest do not determine it; a scene uses 0.5 of critical");
 }
@@ -91,23 +93,23 @@ static void add_warnings(struct answer *answer, const struct push_ground *ground
 {
     const struct push_interval *rho = &ground->unloading_ratio.interval;
     if (ground->has_excess_scatter)
-        answer_sentence(
+        answer_add_sentence(
             answer, NULL,
             "Neither law fits well: readings scatter %.1f times as much as their stated errors, "
             "which happens by chance once in 1,000 tests. The intervals are wider by that factor. "
             "Check the curves for a bend, a drift, or a rod that seats late.",
             ground->scatter);
     if (!isnan(rho->value) && rho->low > UNLOADING_RATIO_MAX)
-        answer_sentence(
+        answer_add_sentence(
             answer, NULL,
             "The mat moved back further than it had moved forward (ratio %.2f, lower bound %.2f): "
             "check the zero of the dial and the load. gear_unloading is set to 1.",
             rho->value, rho->low);
     if (ground->law == PUSH_ELASTIC && ground->undetermined_count > 0)
-        answer_sentence(answer, NULL,
-                        "Left out: %zu test%s in which the mat moved too little to give a "
-                        "stiffness. Stiff places are therefore under-represented.",
-                        ground->undetermined_count, ground->undetermined_count == 1 ? "" : "s");
+        answer_add_sentence(answer, NULL,
+                            "Left out: %zu test%s in which the mat moved too little to give a "
+                            "stiffness. Stiff places are therefore under-represented.",
+                            ground->undetermined_count, ground->undetermined_count == 1 ? "" : "s");
 }
 
 void push_add_law(struct answer *answer, const struct push_ground *ground,
@@ -117,7 +119,7 @@ void push_add_law(struct answer *answer, const struct push_ground *ground,
     add_law(answer, ground);
     add_warnings(answer, ground);
     if (!isnan(k->value))
-        answer_sentence(
+        answer_add_sentence(
             answer, NULL,
             "For this rig: %.4g lb pressed %u mat%s, which moved as one (--mats). Their total "
             "stiffness is %.4g lb/in; gear_k_lb_ft is that of one mat: 12 in/ft / %u of the total. "
@@ -125,15 +127,17 @@ void push_add_law(struct answer *answer, const struct push_ground *ground,
             ground->axle_load_lb, setting->mat_count, setting->mat_count == 1 ? "" : "s",
             k->value * setting->mat_count / IN_PER_FT, setting->mat_count);
     if (!isnan(k->value) && setting->mat_count == 1)
-        answer_sentence(answer, NULL,
-                        "A wheel whose contact is as long as a mat nearly always presses two mats. "
-                        "If this is so on the rig, test over a joint, with --mats 2.");
-    answer_value(answer, "axle_load_lb", NULL, UNIT_NUMBER, ground->axle_load_lb, 1);
-    answer_count(answer, "mats", NULL, (int64_t)setting->mat_count);
-    answer_value(answer, "scatter", "scatter / stated error", UNIT_NUMBER, ground->scatter, 2);
+        answer_add_sentence(
+            answer, NULL,
+            "A wheel whose contact is as long as a mat nearly always presses two mats. "
+            "If this is so on the rig, test over a joint, with --mats 2.");
+    answer_add_value(answer, "axle_load_lb", NULL, UNIT_NUMBER, ground->axle_load_lb, 1);
+    answer_add_count(answer, "mats", NULL, (int64_t)setting->mat_count);
+    answer_add_value(answer, "scatter", "scatter / stated error", UNIT_NUMBER, ground->scatter, 2);
     if (!isnan(ground->spread))
-        answer_value(answer, "spread", "variation of k between places, standard deviation of ln k",
-                     UNIT_NUMBER, ground->spread, 2);
+        answer_add_value(answer, "spread",
+                         "variation of k between places, standard deviation of ln k", UNIT_NUMBER,
+                         ground->spread, 2);
     add_bounds(answer, ground);
 }
 
@@ -143,16 +147,16 @@ static void add_interval(struct answer *answer, const char *name, const char *la
     char low[32], high[32];
     snprintf(low, sizeof low, "%s_low", name);
     snprintf(high, sizeof high, "%s_high", name);
-    answer_value(answer, name, NULL, UNIT_NUMBER, of->value, decimals);
-    answer_value(answer, low, NULL, UNIT_NUMBER, of->low, decimals);
-    answer_value(answer, high, NULL, UNIT_NUMBER, of->high, decimals);
+    answer_add_value(answer, name, NULL, UNIT_NUMBER, of->value, decimals);
+    answer_add_value(answer, low, NULL, UNIT_NUMBER, of->low, decimals);
+    answer_add_value(answer, high, NULL, UNIT_NUMBER, of->high, decimals);
     if (!isnan(of->value))
-        answer_words(answer, NULL, label, "%.*f (%.*f to %.*f)", decimals, of->value, decimals,
-                     of->low, decimals, of->high);
+        answer_add_text(answer, NULL, label, "%.*f (%.*f to %.*f)", decimals, of->value, decimals,
+                        of->low, decimals, of->high);
     else if (isfinite(of->low))
-        answer_words(answer, NULL, label, "above %.*f", decimals, of->low);
+        answer_add_text(answer, NULL, label, "above %.*f", decimals, of->low);
     else
-        answer_words(answer, NULL, label, "-");
+        answer_add_text(answer, NULL, label, "-");
 }
 
 void push_add_tests(struct answer *answer, const struct push_readings *readings,
@@ -163,18 +167,19 @@ void push_add_tests(struct answer *answer, const struct push_readings *readings,
         const struct push_series *series = &readings->series[i];
         const struct push_fit *fit = &ground->fit[i];
         answer_open_row(answer);
-        answer_words(answer, "test", "test", "%s", series->name);
-        answer_value(answer, "load_lb", "load, lb", UNIT_NUMBER, series->load_lb, 1);
-        answer_count(answer, "readings", "readings", (int64_t)series->count);
-        answer_value(answer, "most_lb", "most|force, lb", UNIT_NUMBER, fit->max_force_lb, 1);
+        answer_add_text(answer, "test", "test", "%s", series->name);
+        answer_add_value(answer, "load_lb", "load, lb", UNIT_NUMBER, series->load_lb, 1);
+        answer_add_count(answer, "readings", "readings", (int64_t)series->count);
+        answer_add_value(answer, "most_lb", "most|force, lb", UNIT_NUMBER, fit->max_force_lb, 1);
         add_interval(answer, "k_lb_in", "all mats,|lb/in (95 %)", &fit->k_lb_in, 0);
         add_interval(answer, "unloading", "springs back|(95 %)", &fit->unloading_ratio, 2);
-        answer_value(answer, "slid_lb", "sliding|force, lb", UNIT_NUMBER, fit->slide_force_lb, 1);
-        answer_value(answer, "chi_square", NULL, UNIT_NUMBER, fit->chi_square, 1);
-        answer_value(answer, "rigid_chi_square", NULL, UNIT_NUMBER, fit->rigid_chi_square, 1);
-        answer_count(answer, "freedom", NULL, (int64_t)fit->degrees_of_freedom);
-        answer_words(answer, NULL, "chi2 elastic,|rigid (freedom)", "%.0f, %.0f (%zu)",
-                     fit->chi_square, fit->rigid_chi_square, fit->degrees_of_freedom);
+        answer_add_value(answer, "slid_lb", "sliding|force, lb", UNIT_NUMBER, fit->slide_force_lb,
+                         1);
+        answer_add_value(answer, "chi_square", NULL, UNIT_NUMBER, fit->chi_square, 1);
+        answer_add_value(answer, "rigid_chi_square", NULL, UNIT_NUMBER, fit->rigid_chi_square, 1);
+        answer_add_count(answer, "freedom", NULL, (int64_t)fit->degrees_of_freedom);
+        answer_add_text(answer, NULL, "chi2 elastic,|rigid (freedom)", "%.0f, %.0f (%zu)",
+                        fit->chi_square, fit->rigid_chi_square, fit->degrees_of_freedom);
     }
     answer_close_group(answer);
 }

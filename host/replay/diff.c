@@ -118,8 +118,8 @@ static void write_field_tolerances(bool si, char out[FIELD_TOLERANCES_TEXT_SIZE]
         double value = tolerances[i].tolerance;
         const char *unit = tolerances[i].unit;
         for (int kind = 0; si && kind < UNIT_MEASURED_KIND_COUNT; kind++) {
-            const struct unit *shown = unit_of((enum unit_kind)kind, true);
-            if (strcmp(unit_of_passed_value((enum unit_kind)kind)->text, tolerances[i].unit) != 0)
+            const struct unit *shown = unit_get((enum unit_kind)kind, true);
+            if (strcmp(unit_get_json((enum unit_kind)kind)->text, tolerances[i].unit) != 0)
                 continue;
             value *= shown->factor;
             unit = shown->text;
@@ -586,18 +586,19 @@ static void add_difference_to_answer(const struct difference *d, struct answer *
 {
     static const char *const kinds[] = {"value", "only_recorded", "only_replayed"};
     if (!d) {
-        answer_no_value(answer, "first", NULL, NULL);
+        answer_add_missing_value(answer, "first", NULL, NULL);
         return;
     }
     answer_open_group(answer, "first", NULL);
-    answer_words(answer, "kind", NULL, "%s", kinds[d->kind]);
-    answer_words(answer, "link", NULL, "%s", link_names[d->link]);
-    answer_words(answer, "message", NULL, "%s", d->message);
-    answer_words(answer, "field", NULL, "%s", d->field);
-    answer_value(answer, "t", NULL, UNIT_TIME, (double)d->block / 1e3, 3)->digits = NUMBER_DIGITS;
-    answer_count(answer, "block", NULL, d->block);
-    answer_value(answer, "recorded", NULL, UNIT_NUMBER, d->recorded, 3)->digits = NUMBER_DIGITS;
-    answer_value(answer, "replayed", NULL, UNIT_NUMBER, d->replayed, 3)->digits = NUMBER_DIGITS;
+    answer_add_text(answer, "kind", NULL, "%s", kinds[d->kind]);
+    answer_add_text(answer, "link", NULL, "%s", link_names[d->link]);
+    answer_add_text(answer, "message", NULL, "%s", d->message);
+    answer_add_text(answer, "field", NULL, "%s", d->field);
+    answer_add_value(answer, "t", NULL, UNIT_TIME, (double)d->block / 1e3, 3)->digits =
+        NUMBER_DIGITS;
+    answer_add_count(answer, "block", NULL, d->block);
+    answer_add_value(answer, "recorded", NULL, UNIT_NUMBER, d->recorded, 3)->digits = NUMBER_DIGITS;
+    answer_add_value(answer, "replayed", NULL, UNIT_NUMBER, d->replayed, 3)->digits = NUMBER_DIGITS;
     answer_close_group(answer);
 }
 
@@ -607,37 +608,37 @@ static void add_row_to_answer(const struct diff_row *row, struct answer *answer)
     bool differs = row->differing_fields + row->only_recorded_count + row->only_replayed_count > 0;
     char text[300];
     answer_open_row(answer);
-    answer_words(answer, "message", differs ? "message" : NULL, "%s", row->message);
-    answer_words(answer, "link", differs ? "link" : NULL, "%s", link_names[row->link]);
-    answer_count(answer, "compared", differs ? "compared" : NULL, row->pair_count);
-    answer_count(answer, "fields", NULL, row->compared_fields);
-    answer_count(answer, "differ", differs ? "fields|differ" : NULL, row->differing_fields);
-    answer_count(answer, "only_recorded", differs ? "only|recorded" : NULL,
-                 row->only_recorded_count);
-    answer_count(answer, "only_replayed", differs ? "only|replayed" : NULL,
-                 row->only_replayed_count);
+    answer_add_text(answer, "message", differs ? "message" : NULL, "%s", row->message);
+    answer_add_text(answer, "link", differs ? "link" : NULL, "%s", link_names[row->link]);
+    answer_add_count(answer, "compared", differs ? "compared" : NULL, row->pair_count);
+    answer_add_count(answer, "fields", NULL, row->compared_fields);
+    answer_add_count(answer, "differ", differs ? "fields|differ" : NULL, row->differing_fields);
+    answer_add_count(answer, "only_recorded", differs ? "only|recorded" : NULL,
+                     row->only_recorded_count);
+    answer_add_count(answer, "only_replayed", differs ? "only|replayed" : NULL,
+                     row->only_replayed_count);
     add_difference_to_answer(differs ? &row->first_difference : NULL, answer);
     if (differs) {
         write_difference(&row->first_difference, text, sizeof text);
-        answer_words(answer, NULL, "first", "%s", text);
+        answer_add_text(answer, NULL, "first", "%s", text);
     }
 }
 
 static void add_uncompared_messages(struct answer *answer, const char *name, int64_t messages,
                                     const char *label, const char *end)
 {
-    answer_count(answer, name, messages ? label : NULL, messages)->suffix = end;
+    answer_add_count(answer, name, messages ? label : NULL, messages)->suffix = end;
 }
 
 void diff_to_answer(const struct diff *diff, struct answer *answer)
 {
     char text[300], within[FIELD_TOLERANCES_TEXT_SIZE];
     write_field_tolerances(answer_is_si(answer), within);
-    answer_words(answer, "compared", "compared", "%s", diff->is_exact ? "exactly" : within);
+    answer_add_text(answer, "compared", "compared", "%s", diff->is_exact ? "exactly" : within);
     add_difference_to_answer(diff->has_difference ? &diff->first_difference : NULL, answer);
     if (diff->has_difference) {
         write_difference(&diff->first_difference, text, sizeof text);
-        answer_words(answer, NULL, "first", "%s", text);
+        answer_add_text(answer, NULL, "first", "%s", text);
     }
     answer_open_table(answer, "by_message", "");
     for (size_t i = 0; i < diff->row_count; i++)
@@ -653,17 +654,17 @@ void diff_to_answer(const struct diff *diff, struct answer *answer)
     add_uncompared_messages(
         answer, "not_recorded", diff->unrecorded_messages, "not recorded",
         " messages of the replay that are missing in the record because the log lost frames");
-    answer_count(answer, "late_blocks", NULL, diff->bus_delay_blocks);
+    answer_add_count(answer, "late_blocks", NULL, diff->bus_delay_blocks);
     if (diff->bus_delay_blocks)
-        answer_sentence(answer, NULL,
-                        "the bus was full in the record or in the replay, so messages sent in "
-                        "rotation (channels, joints and others) were up to %lld ms late; only "
-                        "their order is compared, not their times or the frame counts",
-                        (long long)diff->bus_delay_blocks);
-    answer_words(answer, NULL, "result", "%lld of %lld fields differ, in %lld messages",
-                 (long long)diff->differing_fields, (long long)diff->compared_fields,
-                 (long long)diff->compared_messages);
-    answer_count(answer, "differ", NULL, diff->differing_fields);
-    answer_count(answer, "fields", NULL, diff->compared_fields);
-    answer_count(answer, "messages", NULL, diff->compared_messages);
+        answer_add_sentence(answer, NULL,
+                            "the bus was full in the record or in the replay, so messages sent in "
+                            "rotation (channels, joints and others) were up to %lld ms late; only "
+                            "their order is compared, not their times or the frame counts",
+                            (long long)diff->bus_delay_blocks);
+    answer_add_text(answer, NULL, "result", "%lld of %lld fields differ, in %lld messages",
+                    (long long)diff->differing_fields, (long long)diff->compared_fields,
+                    (long long)diff->compared_messages);
+    answer_add_count(answer, "differ", NULL, diff->differing_fields);
+    answer_add_count(answer, "fields", NULL, diff->compared_fields);
+    answer_add_count(answer, "messages", NULL, diff->compared_messages);
 }

@@ -23,9 +23,9 @@ static void add_zone_ends(struct answer *answer, const char *label, const struct
 {
     char head[CHART_LABEL_SIZE];
     snprintf(head, sizeof head, "start of %s", label);
-    answer_estimate(answer, NULL, head, UNIT_STATION, zone->start_ft, zone->start_error_ft, 1);
+    answer_add_estimate(answer, NULL, head, UNIT_STATION, zone->start_ft, zone->start_error_ft, 1);
     snprintf(head, sizeof head, "end of %s", label);
-    answer_estimate(answer, NULL, head, UNIT_STATION, zone->end_ft, zone->end_error_ft, 1);
+    answer_add_estimate(answer, NULL, head, UNIT_STATION, zone->end_ft, zone->end_error_ft, 1);
 }
 
 static void add_summary_row(const struct report_facts *facts, struct answer *answer)
@@ -33,31 +33,31 @@ static void add_summary_row(const struct report_facts *facts, struct answer *ans
     const struct zone_warning *warning = &facts->warning;
     const struct report_movement *largest = report_find_largest_movement(facts);
     answer_open_row(answer);
-    answer_count(answer, NULL, "RUN", facts->landing.id)->is_run_number = true;
-    answer_count(answer, NULL, "landing", facts->landing.board_landing);
-    answer_words(answer, NULL, "state", "%s%s",
-                 mr_landing_state_text((unsigned)facts->landing.state),
-                 facts->is_incomplete ? ", incomplete" : "");
-    answer_words(answer, NULL, "switches", "%zu of %zu", facts->gate_count, facts->switch_count);
-    answer_estimate(answer, NULL, "touchdown speed", UNIT_SPEED, facts->speed_ft_s.value,
-                    facts->speed_ft_s.error, 3);
-    answer_estimate(answer, NULL, "mean deceleration", UNIT_DECELERATION,
-                    facts->deceleration_ft_s2.value, facts->deceleration_ft_s2.error, 3);
-    answer_estimate(answer, NULL, "stop", UNIT_STATION, facts->stop_ft.value, facts->stop_ft.error,
-                    3);
-    answer_estimate(answer, NULL, "largest movement", UNIT_DISPLACEMENT,
-                    largest ? largest->peak_in : not_known,
-                    largest ? largest->peak_error_in : not_known, 3);
-    answer_value(answer, NULL, "at station", UNIT_STATION,
-                 largest ? largest->station_ft : not_known, 0);
-    answer_words(answer, NULL, "warning", "%s",
-                 warning->was_warned                ? "yes"
-                 : facts->source == MEASURED_IMPORT ? "no board"
-                 : facts->may_lack_warning          ? "not known"
-                                                    : "none")
+    answer_add_count(answer, NULL, "RUN", facts->landing.id)->is_run_number = true;
+    answer_add_count(answer, NULL, "landing", facts->landing.board_landing);
+    answer_add_text(answer, NULL, "state", "%s%s",
+                    mr_landing_state_text((unsigned)facts->landing.state),
+                    facts->is_incomplete ? ", incomplete" : "");
+    answer_add_text(answer, NULL, "switches", "%zu of %zu", facts->gate_count, facts->switch_count);
+    answer_add_estimate(answer, NULL, "touchdown speed", UNIT_SPEED, facts->speed_ft_s.value,
+                        facts->speed_ft_s.error, 3);
+    answer_add_estimate(answer, NULL, "mean deceleration", UNIT_DECELERATION,
+                        facts->deceleration_ft_s2.value, facts->deceleration_ft_s2.error, 3);
+    answer_add_estimate(answer, NULL, "stop", UNIT_STATION, facts->stop_ft.value,
+                        facts->stop_ft.error, 3);
+    answer_add_estimate(answer, NULL, "largest movement", UNIT_DISPLACEMENT,
+                        largest ? largest->peak_in : not_known,
+                        largest ? largest->peak_error_in : not_known, 3);
+    answer_add_value(answer, NULL, "at station", UNIT_STATION,
+                     largest ? largest->station_ft : not_known, 0);
+    answer_add_text(answer, NULL, "warning", "%s",
+                    warning->was_warned                ? "yes"
+                    : facts->source == MEASURED_IMPORT ? "no board"
+                    : facts->may_lack_warning          ? "not known"
+                                                       : "none")
         ->is_warning = warning->was_warned;
     add_zone_ends(answer, "zone", &facts->longest_warned_zone);
-    answer_count(answer, NULL, "frames lost", facts->lost_frames);
+    answer_add_count(answer, NULL, "frames lost", facts->lost_frames);
 }
 
 /* Writes a table with the rows that `row` adds for each landing. */
@@ -70,7 +70,7 @@ static void write_landings_table(const struct report *report, FILE *out, const c
     for (size_t i = 0; i < report->landings; i++)
         row(&report->facts[i], answer);
     answer_close_group(answer);
-    answer_sentence(answer, NULL, "%s", note);
+    answer_add_sentence(answer, NULL, "%s", note);
     report_write_answer(answer, out);
 }
 
@@ -175,20 +175,20 @@ static void write_profile_table(FILE *out, const struct profile *profiles, size_
     answer_open_table(answer, NULL, "");
     for (size_t k = 0; k < count; k++) {
         answer_open_row(answer);
-        answer_words(answer, NULL, "after", "%s", profiles[k].name);
+        answer_add_text(answer, NULL, "after", "%s", profiles[k].name);
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
             char head[40];
             snprintf(head, sizeof head, "at %.*f %s", si ? 1 : 0,
-                     profiles[0].station[i] * unit_of(UNIT_STATION, si)->factor,
-                     unit_of(UNIT_STATION, si)->text);
+                     profiles[0].station[i] * unit_get(UNIT_STATION, si)->factor,
+                     unit_get(UNIT_STATION, si)->text);
             if (!isnan(profiles[0].station[i]))
-                answer_estimate(answer, NULL, head, UNIT_DISPLACEMENT, profiles[k].value[i],
-                                profiles[k].error[i], 4);
+                answer_add_estimate(answer, NULL, head, UNIT_DISPLACEMENT, profiles[k].value[i],
+                                    profiles[k].error[i], 4);
         }
     }
     answer_close_group(answer);
-    answer_sentence(answer, NULL,
-                    "Cumulative displacement by station; \xc2\xb1 is one standard error.");
+    answer_add_sentence(answer, NULL,
+                        "Cumulative displacement by station; \xc2\xb1 is one standard error.");
     report_write_answer(answer, out);
 }
 
@@ -441,19 +441,19 @@ static void add_tension_row(const struct report_facts *facts, struct answer *ans
     if (!facts->has_motion_fit)
         return;
     answer_open_row(answer);
-    answer_count(answer, NULL, "RUN", facts->landing.id);
-    answer_estimate(answer, NULL, "mean deceleration", UNIT_DECELERATION,
-                    facts->deceleration_ft_s2.value, facts->deceleration_ft_s2.error, 3);
+    answer_add_count(answer, NULL, "RUN", facts->landing.id);
+    answer_add_estimate(answer, NULL, "mean deceleration", UNIT_DECELERATION,
+                        facts->deceleration_ft_s2.value, facts->deceleration_ft_s2.error, 3);
     for (unsigned b = 0; b < REPORT_BANDS_MAX; b++) {
         char head[CHART_LABEL_SIZE];
         if (facts->band[b].gage_count == 0)
             continue;
         snprintf(head, sizeof head, "band %u: largest fall", b + 1);
-        answer_estimate(answer, NULL, head, UNIT_TENSION, facts->band[b].fall_lb,
-                        facts->band[b].fall_error_lb, 2);
+        answer_add_estimate(answer, NULL, head, UNIT_TENSION, facts->band[b].fall_lb,
+                            facts->band[b].fall_error_lb, 2);
         snprintf(head, sizeof head, "band %u: largest rise", b + 1);
-        answer_estimate(answer, NULL, head, UNIT_TENSION, facts->band[b].rise_lb,
-                        facts->band[b].rise_error_lb, 2);
+        answer_add_estimate(answer, NULL, head, UNIT_TENSION, facts->band[b].rise_lb,
+                            facts->band[b].rise_error_lb, 2);
     }
 }
 
@@ -472,11 +472,12 @@ static void add_overlap(struct answer *answer, const char *label,
                         const struct compare_overlap *overlap)
 {
     if (!overlap->is_known)
-        answer_words(answer, NULL, label, "\xe2\x80\x93");
+        answer_add_text(answer, NULL, label, "\xe2\x80\x93");
     else if (overlap->all_mats > 0.0)
-        answer_words(answer, NULL, label, "%.0f of %.0f", overlap->common_mats, overlap->all_mats);
+        answer_add_text(answer, NULL, label, "%.0f of %.0f", overlap->common_mats,
+                        overlap->all_mats);
     else
-        answer_words(answer, NULL, label, "both none");
+        answer_add_text(answer, NULL, label, "both none");
 }
 
 static void add_comparison_row(const struct report_facts *facts, struct answer *answer)
@@ -484,19 +485,21 @@ static void add_comparison_row(const struct report_facts *facts, struct answer *
     const struct report_compared *compared = &facts->comparison;
     const struct compare_channel_means *mean = &compared->mean;
     answer_open_row(answer);
-    answer_count(answer, NULL, "RUN", facts->landing.id)->is_run_number = true;
-    answer_words(answer, NULL, "simulation", "%s", compared->compared_with);
-    answer_words(answer, NULL, "channels", "%zu of %zu", mean->channel_count,
-                 compared->channel_count);
-    answer_value(answer, NULL, "mean difference", UNIT_DISPLACEMENT, mean->bias_in, 4);
-    answer_value(answer, NULL, "RMS difference", UNIT_DISPLACEMENT, mean->rms_in, 4);
-    answer_value(answer, NULL, "worst channel, RMS", UNIT_DISPLACEMENT, mean->worst_rms_in, 4);
-    answer_value(answer, NULL, "largest En of a peak", UNIT_NUMBER, mean->worst_peak_en_score, 1)
+    answer_add_count(answer, NULL, "RUN", facts->landing.id)->is_run_number = true;
+    answer_add_text(answer, NULL, "simulation", "%s", compared->compared_with);
+    answer_add_text(answer, NULL, "channels", "%zu of %zu", mean->channel_count,
+                    compared->channel_count);
+    answer_add_value(answer, NULL, "mean difference", UNIT_DISPLACEMENT, mean->bias_in, 4);
+    answer_add_value(answer, NULL, "RMS difference", UNIT_DISPLACEMENT, mean->rms_in, 4);
+    answer_add_value(answer, NULL, "worst channel, RMS", UNIT_DISPLACEMENT, mean->worst_rms_in, 4);
+    answer_add_value(answer, NULL, "largest En of a peak", UNIT_NUMBER, mean->worst_peak_en_score,
+                     1)
         ->is_capped = true;
     add_overlap(answer, "longest zone (mats)", &compared->at_longest_zone);
     add_overlap(answer, "longest zone by the board (mats)", &compared->board_at_longest_zone);
     add_overlap(answer, "zone at rest (mats)", &compared->at_rest);
-    answer_value(answer, NULL, "simulation error", UNIT_DISPLACEMENT, compared->solver_error_in, 4);
+    answer_add_value(answer, NULL, "simulation error", UNIT_DISPLACEMENT, compared->solver_error_in,
+                     4);
 }
 
 static void write_comparisons(const struct report *report, FILE *out)
@@ -517,13 +520,14 @@ static void write_comparisons(const struct report *report, FILE *out)
     }
     if (rows > 1) { /* add a row for all landings, weighted by their numbers of samples */
         answer_open_row(answer);
-        answer_words(answer, NULL, "RUN", "all");
-        answer_value(answer, NULL, "mean difference", UNIT_DISPLACEMENT, sum / samples, 4);
-        answer_value(answer, NULL, "RMS difference", UNIT_DISPLACEMENT, sqrt(squares / samples), 4);
+        answer_add_text(answer, NULL, "RUN", "all");
+        answer_add_value(answer, NULL, "mean difference", UNIT_DISPLACEMENT, sum / samples, 4);
+        answer_add_value(answer, NULL, "RMS difference", UNIT_DISPLACEMENT, sqrt(squares / samples),
+                         4);
     }
     answer_close_group(answer);
     if (rows)
-        answer_sentence(
+        answer_add_sentence(
             answer, NULL,
             "Newest comparison of each landing. Differences are measured minus simulated, over all "
             "samples of all channels. En: difference divided by its expanded (95 %%) uncertainty; "
@@ -545,23 +549,25 @@ static void add_predictor_row(const struct report_facts *facts, struct answer *a
         first = (struct report_zone){w->mats, w->start_ft, w->end_ft, w->start_error_ft,
                                      w->end_error_ft};
     answer_open_row(answer);
-    answer_count(answer, NULL, "RUN", facts->landing.id);
-    answer_count(answer, NULL, "zone reports", (int64_t)facts->zone_report_count);
-    answer_words(answer, NULL, "highest level", "%s%s",
-                 w->was_warned         ? "warning"
-                 : !watched            ? "no board"
-                 : worst == STORE_NONE ? "no warning"
-                                       : mr_predictor_verdict_text((unsigned)worst),
-                 !w->was_warned && watched && facts->may_lack_warning ? ", as far as received" : "")
+    answer_add_count(answer, NULL, "RUN", facts->landing.id);
+    answer_add_count(answer, NULL, "zone reports", (int64_t)facts->zone_report_count);
+    answer_add_text(answer, NULL, "highest level", "%s%s",
+                    w->was_warned         ? "warning"
+                    : !watched            ? "no board"
+                    : worst == STORE_NONE ? "no warning"
+                                          : mr_predictor_verdict_text((unsigned)worst),
+                    !w->was_warned && watched && facts->may_lack_warning ? ", as far as received"
+                                                                         : "")
         ->is_warning = w->was_warned;
-    answer_value(answer, NULL, "first warning", UNIT_TIME, w->was_warned ? w->t_s : not_known, 3);
-    answer_words(answer, NULL, "reason", "%s",
-                 w->was_warned && w->reason != STORE_NONE
-                     ? mr_predictor_reason_text((unsigned)w->reason)
-                     : "");
+    answer_add_value(answer, NULL, "first warning", UNIT_TIME, w->was_warned ? w->t_s : not_known,
+                     3);
+    answer_add_text(answer, NULL, "reason", "%s",
+                    w->was_warned && w->reason != STORE_NONE
+                        ? mr_predictor_reason_text((unsigned)w->reason)
+                        : "");
     add_zone_ends(answer, "first zone", &first);
-    answer_count(answer, NULL, "zone warned of (mats)",
-                 w->was_warned ? w->longest_mats : ANSWER_UNKNOWN);
+    answer_add_count(answer, NULL, "zone warned of (mats)",
+                     w->was_warned ? w->longest_mats : ANSWER_COUNT_UNKNOWN);
     add_zone_ends(answer, "last zone", &facts->last_zone);
 }
 
@@ -586,13 +592,13 @@ static void add_lead_time(const struct record_row *row, struct answer *answer)
 {
     const char *label = "lead time, about (s)";
     if (isfinite(row->lead_time_s) && isfinite(row->lead_time_high_s))
-        answer_words(answer, NULL, label, "%.1f\xc2\xa0(%.1f\xc2\xa0to\xc2\xa0%.1f)",
-                     row->lead_time_s, row->lead_time_low_s, row->lead_time_high_s);
+        answer_add_text(answer, NULL, label, "%.1f\xc2\xa0(%.1f\xc2\xa0to\xc2\xa0%.1f)",
+                        row->lead_time_s, row->lead_time_low_s, row->lead_time_high_s);
     else if (isfinite(row->lead_time_s) && isfinite(row->lead_time_low_s))
-        answer_words(answer, NULL, label, "%.1f\xc2\xa0(%.1f\xc2\xa0or\xc2\xa0more)",
-                     row->lead_time_s, row->lead_time_low_s);
+        answer_add_text(answer, NULL, label, "%.1f\xc2\xa0(%.1f\xc2\xa0or\xc2\xa0more)",
+                        row->lead_time_s, row->lead_time_low_s);
     else
-        answer_value(answer, NULL, label, UNIT_NUMBER, row->lead_time_s, 1);
+        answer_add_value(answer, NULL, label, UNIT_NUMBER, row->lead_time_s, 1);
 }
 
 /* Adds a row with advice, warnings and outcome of a landing. */
@@ -606,26 +612,26 @@ static void add_record_row(const struct record_row *row, struct answer *answer)
     const struct outcome *outcome = &row->outcome;
     char advice[RECORD_ADVICE_SIZE];
     answer_open_row(answer);
-    answer_count(answer, NULL, "RUN", row->run);
-    answer_words(answer, NULL, "outcome", "%s", record_verdict_text(row->verdict));
-    answer_words(answer, NULL, "advice", "%s", record_advice_text(row, advice));
-    answer_value(answer, NULL, "zone probability (%)", UNIT_NUMBER,
-                 row->has_advice ? 100.0 * row->advice.zone : not_known, 0);
-    answer_words(answer, NULL, "warning", "%s", warned[row->warned])->is_warning = row->warned ==
-                                                                                   RECORD_WARNED;
-    answer_value(answer, NULL, "warning at", UNIT_TIME, row->warned_t_s, 3);
-    answer_value(answer, NULL, "highest risk", UNIT_NUMBER, row->max_risk, 2);
-    answer_words(answer, NULL, "zone reached", "%s",
-                 row->is_void ? "void" : came[outcome->reached]);
-    answer_count(answer, NULL, "measured zone (mats)", outcome->longest_mats);
-    answer_value(answer, NULL, "50 mats reached at about", UNIT_TIME, outcome->reached_t_s, 1);
-    answer_count(answer, NULL, "closed mats after", outcome->closed_after_mats);
-    answer_count(answer, NULL, "waves observed", (int64_t)outcome->wave_count);
-    answer_count(answer, NULL, "breaks observed", (int64_t)outcome->break_count);
+    answer_add_count(answer, NULL, "RUN", row->run);
+    answer_add_text(answer, NULL, "outcome", "%s", record_verdict_text(row->verdict));
+    answer_add_text(answer, NULL, "advice", "%s", record_advice_text(row, advice));
+    answer_add_value(answer, NULL, "zone probability (%)", UNIT_NUMBER,
+                     row->has_advice ? 100.0 * row->advice.zone : not_known, 0);
+    answer_add_text(answer, NULL, "warning", "%s", warned[row->warned])->is_warning = row->warned ==
+                                                                                      RECORD_WARNED;
+    answer_add_value(answer, NULL, "warning at", UNIT_TIME, row->warned_t_s, 3);
+    answer_add_value(answer, NULL, "highest risk", UNIT_NUMBER, row->max_risk, 2);
+    answer_add_text(answer, NULL, "zone reached", "%s",
+                    row->is_void ? "void" : came[outcome->reached]);
+    answer_add_count(answer, NULL, "measured zone (mats)", outcome->longest_mats);
+    answer_add_value(answer, NULL, "50 mats reached at about", UNIT_TIME, outcome->reached_t_s, 1);
+    answer_add_count(answer, NULL, "closed mats after", outcome->closed_after_mats);
+    answer_add_count(answer, NULL, "waves observed", (int64_t)outcome->wave_count);
+    answer_add_count(answer, NULL, "breaks observed", (int64_t)outcome->break_count);
     add_lead_time(row, answer);
-    answer_words(answer, NULL, "evidence", "%s",
-                 row->verdict == RECORD_NOT_KNOWN ? row->unknown_reason
-                                                  : outcome_basis_text(outcome->basis));
+    answer_add_text(answer, NULL, "evidence", "%s",
+                    row->verdict == RECORD_NOT_KNOWN ? row->unknown_reason
+                                                     : outcome_basis_text(outcome->basis));
 }
 
 static void write_warnings(const struct report *report, FILE *out)
@@ -639,7 +645,7 @@ static void write_warnings(const struct report *report, FILE *out)
     for (size_t i = 0; i < record->row_count; i++)
         add_record_row(&record->row[i], answer);
     answer_close_group(answer);
-    answer_sentence(
+    answer_add_sentence(
         answer, NULL,
         "Zone reached: the wheel reached at least 50 closed mats before it stopped, as shown by "
         "survey and transducers or by an observation, never by the predictor. Hit: the board "
@@ -673,32 +679,34 @@ static void add_advice_row(const struct store_advice *advice, const struct repor
                            size_t number, const char *reason, struct answer *answer)
 {
     answer_open_row(answer);
-    answer_count(answer, NULL, "advice", (int64_t)number);
-    answer_words(answer, NULL, "recommendation", "%s", advice->verdict)->is_warning =
+    answer_add_count(answer, NULL, "advice", (int64_t)number);
+    answer_add_text(answer, NULL, "recommendation", "%s", advice->verdict)->is_warning =
         strcmp(advice->verdict, "against") == 0;
-    answer_value(answer, NULL, "planned speed", UNIT_SPEED, advice->speed_ft_s, 1);
-    answer_value(answer, NULL, "planned braking", UNIT_DECELERATION, advice->deceleration_ft_s2, 2);
-    answer_value(answer, NULL, "zone probability (%)", UNIT_NUMBER, 100.0 * advice->zone, 0);
-    answer_words(answer, NULL, "95 % interval (%)", "%.0f to %.0f", 100.0 * advice->zone_low,
-                 100.0 * advice->zone_high);
-    answer_value(answer, NULL, "limit (%)", UNIT_NUMBER, 100.0 * advice->most, 0);
-    answer_value(answer, NULL, "hardest braking allowed", UNIT_DECELERATION, advice->hardest_ft_s2,
-                 1);
-    answer_count(answer, NULL, "RUN", facts ? facts->landing.id : ANSWER_UNKNOWN);
-    answer_value(answer, NULL, "speed", UNIT_SPEED, facts ? facts->speed_ft_s.value : not_known, 1);
-    answer_value(answer, NULL, "braking", UNIT_DECELERATION,
-                 facts ? facts->deceleration_ft_s2.value : not_known, 2);
-    answer_words(answer, NULL, "followed", "%s",
-                 !facts || facts->warning_record.advice.id != advice->id ? "\xe2\x80\x93"
-                 : facts->warning_record.followed_advice_against         ? "yes"
-                 : facts->warning_record.is_off_plan                     ? "plan not followed"
-                 : strcmp(advice->verdict, "against") == 0               ? "no"
-                                                                         : "\xe2\x80\x93");
-    answer_words(answer, NULL, "warning in the landing", "%s",
-                 !facts                      ? "no landing yet"
-                 : facts->warning.was_warned ? record_verdict_text(facts->warning_record.verdict)
-                                             : "none");
-    answer_words(answer, NULL, "reason", "%s", reason);
+    answer_add_value(answer, NULL, "planned speed", UNIT_SPEED, advice->speed_ft_s, 1);
+    answer_add_value(answer, NULL, "planned braking", UNIT_DECELERATION, advice->deceleration_ft_s2,
+                     2);
+    answer_add_value(answer, NULL, "zone probability (%)", UNIT_NUMBER, 100.0 * advice->zone, 0);
+    answer_add_text(answer, NULL, "95 % interval (%)", "%.0f to %.0f", 100.0 * advice->zone_low,
+                    100.0 * advice->zone_high);
+    answer_add_value(answer, NULL, "limit (%)", UNIT_NUMBER, 100.0 * advice->most, 0);
+    answer_add_value(answer, NULL, "hardest braking allowed", UNIT_DECELERATION,
+                     advice->hardest_ft_s2, 1);
+    answer_add_count(answer, NULL, "RUN", facts ? facts->landing.id : ANSWER_COUNT_UNKNOWN);
+    answer_add_value(answer, NULL, "speed", UNIT_SPEED, facts ? facts->speed_ft_s.value : not_known,
+                     1);
+    answer_add_value(answer, NULL, "braking", UNIT_DECELERATION,
+                     facts ? facts->deceleration_ft_s2.value : not_known, 2);
+    answer_add_text(answer, NULL, "followed", "%s",
+                    !facts || facts->warning_record.advice.id != advice->id ? "\xe2\x80\x93"
+                    : facts->warning_record.followed_advice_against         ? "yes"
+                    : facts->warning_record.is_off_plan                     ? "plan not followed"
+                    : strcmp(advice->verdict, "against") == 0               ? "no"
+                                                                            : "\xe2\x80\x93");
+    answer_add_text(answer, NULL, "warning in the landing", "%s",
+                    !facts                      ? "no landing yet"
+                    : facts->warning.was_warned ? record_verdict_text(facts->warning_record.verdict)
+                                                : "none");
+    answer_add_text(answer, NULL, "reason", "%s", reason);
 }
 
 /* Adds a row for each landing that began on the runway of the advice. */
@@ -726,7 +734,7 @@ static void write_advice(const struct report *report, FILE *out)
         add_advice_rows(report, &advice[i], i + 1, answer);
     answer_close_group(answer);
     if (count)
-        answer_sentence(
+        answer_add_sentence(
             answer, NULL,
             "Recommendations of matrig advise. Each is shown with the next landing and with later "
             "landings on the same, restored runway. \"Followed: yes\": the advice was "
@@ -747,16 +755,16 @@ static void add_journal_row(const struct store_landing *landing, const struct jo
         !journal->is_void && !recalibrated)
         return;
     answer_open_row(answer);
-    answer_count(answer, NULL, "RUN", landing->id);
-    answer_count(answer, NULL, "landing", landing->board_landing);
-    answer_words(answer, NULL, "series", "%s", series->name);
-    answer_words(answer, NULL, "runway", "%s", series->runway);
-    answer_words(answer, NULL, "pattern", "%s", series->pattern);
-    answer_words(answer, NULL, "modification", "%s", series->modification);
+    answer_add_count(answer, NULL, "RUN", landing->id);
+    answer_add_count(answer, NULL, "landing", landing->board_landing);
+    answer_add_text(answer, NULL, "series", "%s", series->name);
+    answer_add_text(answer, NULL, "runway", "%s", series->runway);
+    answer_add_text(answer, NULL, "pattern", "%s", series->pattern);
+    answer_add_text(answer, NULL, "modification", "%s", series->modification);
     if (journal->is_void)
-        answer_words(answer, NULL, "valid", "void: %s", journal->void_reason)->is_warning = true;
+        answer_add_text(answer, NULL, "valid", "void: %s", journal->void_reason)->is_warning = true;
     else
-        answer_words(answer, NULL, "valid", recalibrated ? "yes, recalibrated" : "yes");
+        answer_add_text(answer, NULL, "valid", recalibrated ? "yes, recalibrated" : "yes");
 }
 
 static void write_journal(const struct report *report, FILE *out)
@@ -783,12 +791,12 @@ static void write_journal(const struct report *report, FILE *out)
             if (said.observation[k].withdrawn)
                 continue;
             answer_open_row(tables[1]);
-            answer_count(tables[1], NULL, "RUN", landing[i].id);
+            answer_add_count(tables[1], NULL, "RUN", landing[i].id);
             journal_add_observation(&said.observation[k], tables[1]);
         }
         for (size_t k = 0; k < said.change_count; k++) {
             answer_open_row(tables[2]);
-            answer_count(tables[2], NULL, "RUN", landing[i].id);
+            answer_add_count(tables[2], NULL, "RUN", landing[i].id);
             journal_add_change(&said.change[k], tables[2]);
         }
         journal_free(&said);

@@ -193,8 +193,8 @@ void figure_begin_plot(struct figure *figure, const struct chart_axes *axes)
     figure->plot_count++;
     figure->height_px += axes->height_px + MARGIN_PX;
     put_json_text_member(out, "t", axes->title);
-    figure->x = unit_of(axes->x_unit, figure->si);
-    figure->y = unit_of(axes->y_unit, figure->si);
+    figure->x = unit_get(axes->x_unit, figure->si);
+    figure->y = unit_get(axes->y_unit, figure->si);
     put_axis(out, "x", axes->x, figure->x);
     put_axis(out, "y", axes->y, figure->y);
     put_range(out, "xr", figure->x->factor * axes->x_low, figure->x->factor * axes->x_high);

@@ -33,15 +33,16 @@ static void write_facts(const struct report *report, const struct report_landing
     struct answer *answer = answer_new(report->si);
     summary_add_facts(&landing->summary, answer);
     if (landing->summary.measured.source != MEASURED_IMPORT)
-        answer_words(answer, NULL, "sample rate and filter",
-                     "1 kHz; a sample is the mean of 8 conversions at 8 kHz (-3 dB at 443 Hz). %s "
-                     "Plots show samples without further filtering",
-                     landing->summary.measured.source == MEASURED_CAN
-                         ? "From CAN: means of 2 ms (displacement) and 4 ms (tension)."
-                         : "");
-    answer_words(answer, NULL, "raw data", "matrig export %s %lld --format csv -o run%lld.csv",
-                 report_database_name(report), (long long)landing->summary.measured.landing.id,
-                 (long long)landing->summary.measured.landing.id);
+        answer_add_text(
+            answer, NULL, "sample rate and filter",
+            "1 kHz; a sample is the mean of 8 conversions at 8 kHz (-3 dB at 443 Hz). %s "
+            "Plots show samples without further filtering",
+            landing->summary.measured.source == MEASURED_CAN
+                ? "From CAN: means of 2 ms (displacement) and 4 ms (tension)."
+                : "");
+    answer_add_text(answer, NULL, "raw data", "matrig export %s %lld --format csv -o run%lld.csv",
+                    report_database_name(report), (long long)landing->summary.measured.landing.id,
+                    (long long)landing->summary.measured.landing.id);
     report_write_answer(answer, out);
 }
 
@@ -248,7 +249,7 @@ static void write_movement(const struct report *report, const struct report_land
 {
     static const char *const keys[] = {"mark", "wheel at the transducer", NULL};
     const struct measured *measured = &landing->summary.measured;
-    const struct unit *station = unit_of(UNIT_STATION, report->si);
+    const struct unit *station = unit_get(UNIT_STATION, report->si);
     const double end_s = measured->summary.stop_t_s.value + CHART_TIME_AFTER_STOP_S;
     char title[CHART_LABEL_SIZE], sensor[SENSOR_TEXT_SIZE];
     if (!has_motion_fit(landing))
@@ -287,7 +288,7 @@ static void write_movement_by_wheel_distance(const struct report *report,
                                              const struct report_landing *landing, FILE *out)
 {
     const struct measured *measured = &landing->summary.measured;
-    const struct unit *station = unit_of(UNIT_STATION, report->si);
+    const struct unit *station = unit_get(UNIT_STATION, report->si);
     char name[CHART_LABEL_SIZE];
     if (!has_motion_fit(landing))
         return;
@@ -546,7 +547,7 @@ static void write_tensions(const struct report *report, const struct report_land
                            FILE *out)
 {
     const struct measured *measured = &landing->summary.measured;
-    const struct unit *station = unit_of(UNIT_STATION, report->si);
+    const struct unit *station = unit_get(UNIT_STATION, report->si);
     const double end_s = measured->summary.stop_t_s.value + CHART_TIME_AFTER_STOP_S;
     char title[CHART_LABEL_SIZE], name[CHART_LABEL_SIZE];
     bool drawn[MR_CHANNELS] = {false}, any = false;
@@ -668,7 +669,7 @@ static void write_channels(const struct report *report, const struct report_land
     struct answer *answer = answer_new(report->si);
     if (measured->samples > 0) {
         summary_add_channels(measured, MR_KIND_DISPLACEMENT, "", answer);
-        answer_sentence(
+        answer_add_sentence(
             answer, NULL,
             "Peaks are extremes of an %d ms moving mean; the end is the mean of the last "
             "%d ms. \xc2\xb1 is one standard error: calibration and noise.",
@@ -682,7 +683,7 @@ static void write_channels(const struct report *report, const struct report_land
 
 static void write_comparison_text(FILE *out, const struct compare_figures *figures, bool si)
 {
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
+    const struct unit *length = unit_get(UNIT_DISPLACEMENT, si);
     struct compare_agreement agreement;
     char sentence[COMPARE_AGREEMENT_SIZE];
     fputs("<p class=\"say\">", out);
@@ -731,7 +732,7 @@ static void draw_compared_signal(struct figure *figure, const struct compare_cur
 static void draw_comparison(const struct report_landing *landing, bool si, FILE *out)
 {
     const struct measured *measured = &landing->summary.measured;
-    const struct unit *station = unit_of(UNIT_STATION, si);
+    const struct unit *station = unit_get(UNIT_STATION, si);
     struct figure figure = figure_begin(out, si, "movement of the mat, measured and simulated", 2,
                                         FIGURE_RANGE_PER_PLOT);
     for (size_t i = 0; i < landing->simulation_count; i++) {
@@ -790,9 +791,9 @@ static void write_health(const struct report *report, const struct report_landin
     for (size_t i = 0; i < backlogs; i++)
         most = backlog[i].waiting > most ? backlog[i].waiting : most;
     if (backlogs)
-        answer_sentence(answer, NULL,
-                        "The predictor delayed other work in %zu blocks, by at most %lld blocks.",
-                        backlogs, (long long)most);
+        answer_add_sentence(
+            answer, NULL, "The predictor delayed other work in %zu blocks, by at most %lld blocks.",
+            backlogs, (long long)most);
     report_write_answer(answer, out);
     free(backlog);
 }

@@ -101,7 +101,7 @@ static void put_page_foot(FILE *out)
 
 void report_write_answer(struct answer *answer, FILE *out)
 {
-    answer_html(answer, out);
+    answer_print_html(answer, out);
     answer_free(answer);
 }
 
@@ -257,7 +257,7 @@ struct number_fact {
 
 static void put_number_fact(const struct report *report, const struct number_fact *row, FILE *out)
 {
-    const struct unit *unit = unit_of(row->kind, report->si);
+    const struct unit *unit = unit_get(row->kind, report->si);
     const int d = row->decimals;
     double low = (double)INFINITY, high = -(double)INFINITY, error = (double)NAN;
     size_t known = 0;
@@ -295,7 +295,7 @@ static void put_movement_fact(const struct report *report, FILE *out)
 {
     const struct report_movement *largest = NULL;
     int64_t run = 0;
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, report->si);
+    const struct unit *length = unit_get(UNIT_DISPLACEMENT, report->si);
     const int decimals = unit_decimals(UNIT_DISPLACEMENT, report->si, 3);
     char text[UNIT_TEXT_SIZE];
     begin_fact(out, "largest movement");
@@ -324,7 +324,7 @@ static void put_movement_fact(const struct report *report, FILE *out)
 /* "76 mats, 86.3 +- 0.2 to 108.0 +- 2.8 ft" */
 static void put_zone(const struct report_zone *zone, bool si, FILE *out)
 {
-    const struct unit *station = unit_of(UNIT_STATION, si);
+    const struct unit *station = unit_get(UNIT_STATION, si);
     const double end_ft[] = {zone->start_ft, zone->end_ft},
                  error_ft[] = {zone->start_error_ft, zone->end_error_ft};
     fprintf(out, "%lld mats, ", (long long)zone->mats);
@@ -595,18 +595,18 @@ static void add_general_facts(const struct report *report, struct answer *answer
     struct stat file;
     char hash[SHA256_DIGEST_STRING_LENGTH], log[PATH_MAX];
     survey_format_time(get_time_us(), when, sizeof when);
-    answer_words(answer, NULL, "made by", "matrig " VERSION_TEXT);
-    answer_words(answer, NULL, "made", "%s", when);
-    answer_words(answer, NULL, "database", "%s, version %d", report_database_name(report),
-                 STORE_VERSION);
+    answer_add_text(answer, NULL, "made by", "matrig " VERSION_TEXT);
+    answer_add_text(answer, NULL, "made", "%s", when);
+    answer_add_text(answer, NULL, "database", "%s, version %d", report_database_name(report),
+                    STORE_VERSION);
     if (stat(report->path, &file) == 0)
-        answer_words(answer, NULL, "size", "%lld bytes", (long long)file.st_size);
+        answer_add_text(answer, NULL, "size", "%lld bytes", (long long)file.st_size);
     /* the newest data is in the journal, not in the file */
     snprintf(log, sizeof log, "%s-wal", report->path);
     if (stat(log, &file) == 0 && file.st_size)
         return;
     if (SHA256File(report->path, hash))
-        answer_words(answer, NULL, "SHA-256", "%s", hash);
+        answer_add_text(answer, NULL, "SHA-256", "%s", hash);
     else
         error_set(report->error, MR_IO, "cannot read (%s): %s; check the path and the disk",
                   strerror(errno), report->path);
@@ -618,25 +618,25 @@ static void add_landing_row(const struct report_facts *facts, struct answer *ans
     char when[40];
     survey_format_time(row->armed_us, when, sizeof when);
     answer_open_row(answer);
-    answer_count(answer, NULL, "RUN", row->id);
-    answer_words(answer, NULL, "armed", "%s", when);
-    answer_words(answer, NULL, "board", "%s", row->board_uid[0] ? row->board_uid : "unknown");
-    answer_words(answer, NULL, "firmware, CRC-32 of its image, commit", "%s, %08llx, %s",
-                 row->firmware[0] ? row->firmware : "unknown",
-                 row->image_crc == STORE_NONE ? 0ull : (unsigned long long)row->image_crc,
-                 row->image_commit[0] ? row->image_commit : "unknown");
+    answer_add_count(answer, NULL, "RUN", row->id);
+    answer_add_text(answer, NULL, "armed", "%s", when);
+    answer_add_text(answer, NULL, "board", "%s", row->board_uid[0] ? row->board_uid : "unknown");
+    answer_add_text(answer, NULL, "firmware, CRC-32 of its image, commit", "%s, %08llx, %s",
+                    row->firmware[0] ? row->firmware : "unknown",
+                    row->image_crc == STORE_NONE ? 0ull : (unsigned long long)row->image_crc,
+                    row->image_commit[0] ? row->image_commit : "unknown");
     if (row->config_crc == STORE_NONE)
-        answer_words(answer, NULL, "configuration, CRC-32", "unknown");
+        answer_add_text(answer, NULL, "configuration, CRC-32", "unknown");
     else
-        answer_words(answer, NULL, "configuration, CRC-32", "%08llx%s",
-                     (unsigned long long)row->config_crc, facts->has_config ? "" : ", not read");
-    answer_words(answer, NULL, "links", "CAN %s; serial %s",
-                 facts->can_link[0] ? facts->can_link : "not used",
-                 facts->serial_link[0] ? facts->serial_link : "not used");
-    answer_words(answer, NULL, "orders", "%s",
-                 facts->command_rights ? facts->command_rights : "not known");
-    answer_words(answer, NULL, "survey", "%zu of %u segments", facts->surveyed_segments,
-                 MR_SEGMENTS);
+        answer_add_text(answer, NULL, "configuration, CRC-32", "%08llx%s",
+                        (unsigned long long)row->config_crc, facts->has_config ? "" : ", not read");
+    answer_add_text(answer, NULL, "links", "CAN %s; serial %s",
+                    facts->can_link[0] ? facts->can_link : "not used",
+                    facts->serial_link[0] ? facts->serial_link : "not used");
+    answer_add_text(answer, NULL, "orders", "%s",
+                    facts->command_rights ? facts->command_rights : "not known");
+    answer_add_text(answer, NULL, "survey", "%zu of %u segments", facts->surveyed_segments,
+                    MR_SEGMENTS);
 }
 
 static void format_day_number(uint32_t day, char out[20])
@@ -650,15 +650,15 @@ static void add_sensor_facts(const struct mr_channel_config *read, int64_t used_
                              struct answer *answer)
 {
     char day[20];
-    answer_words(answer, NULL, "sensor", "%.*s", (int)sizeof read->serial,
-                 read->serial[0] ? read->serial : "not entered");
+    answer_add_text(answer, NULL, "sensor", "%.*s", (int)sizeof read->serial,
+                    read->serial[0] ? read->serial : "not entered");
     format_day_number(read->calibrated_day, day);
-    answer_words(answer, NULL, "calibrated", "%s", read->calibrated_day ? day : "UNCALIBRATED")
+    answer_add_text(answer, NULL, "calibrated", "%s", read->calibrated_day ? day : "UNCALIBRATED")
         ->is_warning = !read->calibrated_day;
     bool expired = read->expires_day && (int64_t)read->expires_day <= used_day;
     format_day_number(read->expires_day, day);
-    answer_words(answer, NULL, "expires", "%s%s", read->expires_day ? day : "not stated",
-                 expired ? ", before the landing" : "")
+    answer_add_text(answer, NULL, "expires", "%s%s", read->expires_day ? day : "not stated",
+                    expired ? ", before the landing" : "")
         ->is_warning = expired;
 }
 
@@ -672,18 +672,18 @@ static void add_calibrations(const struct report_landing *landing, struct answer
         if (!mr_channel_is_sensor(channel))
             continue;
         answer_open_row(answer);
-        answer_words(answer, NULL, "channel", "%s %u",
-                     channel->kind == MR_KIND_DISPLACEMENT ? "transducer" : "gage",
-                     channel->number);
+        answer_add_text(answer, NULL, "channel", "%s %u",
+                        channel->kind == MR_KIND_DISPLACEMENT ? "transducer" : "gage",
+                        channel->number);
         if (landing->config)
             add_sensor_facts(&landing->config->channel[i],
                              measured->landing.armed_us / 1000000 / SECONDS_PER_DAY, answer);
-        answer_words(answer, NULL, "scale (in or lb per code)", "%.9g",
-                     (double)channel->unit_per_code);
-        answer_value(answer, NULL, "gain error (%)", UNIT_NUMBER,
-                     100.0 * (double)channel->gain_error, 3);
-        answer_value(answer, NULL, "zero error (in or lb)", UNIT_NUMBER,
-                     (double)channel->zero_error, 4);
+        answer_add_text(answer, NULL, "scale (in or lb per code)", "%.9g",
+                        (double)channel->unit_per_code);
+        answer_add_value(answer, NULL, "gain error (%)", UNIT_NUMBER,
+                         100.0 * (double)channel->gain_error, 3);
+        answer_add_value(answer, NULL, "zero error (in or lb)", UNIT_NUMBER,
+                         (double)channel->zero_error, 4);
     }
     answer_close_group(answer);
 }
@@ -696,12 +696,13 @@ void report_add_calibration(const struct report_landing *landing, struct answer 
     answer_open_group(answer, NULL, heading);
     if (landing->config) {
         const struct mr_site_config *site = &landing->config->site[0];
-        answer_sentence(answer, NULL, "Configuration %.*s, revision %u.", (int)sizeof site->name,
-                        site->name, site->revision);
+        answer_add_sentence(answer, NULL, "Configuration %.*s, revision %u.",
+                            (int)sizeof site->name, site->name, site->revision);
     } else
-        answer_sentence(answer, NULL,
-                        "The configuration of the board was not read (matrig log reads it over a "
-                        "two-way link).");
+        answer_add_sentence(
+            answer, NULL,
+            "The configuration of the board was not read (matrig log reads it over a "
+            "two-way link).");
     add_calibrations(landing, answer);
     answer_close_group(answer);
 }
@@ -716,14 +717,14 @@ static void write_provenance(const struct report *report, FILE *out)
         add_landing_row(&report->facts[i], answer);
     answer_close_group(answer);
     report_write_answer(answer, out);
-    answer_html(report->calibrations, out);
+    answer_print_html(report->calibrations, out);
     answer = answer_new(report->si);
     for (size_t i = 0; i < report->landings; i++) {
         if (report->facts[i].recalibrated_channels)
-            answer_sentence(answer, NULL,
-                            "RUN %lld uses a corrected calibration; the calibration used for "
-                            "recording is kept in the campaign.",
-                            (long long)report->facts[i].landing.id);
+            answer_add_sentence(answer, NULL,
+                                "RUN %lld uses a corrected calibration; the calibration used for "
+                                "recording is kept in the campaign.",
+                                (long long)report->facts[i].landing.id);
     }
     report_write_answer(answer, out);
     fputs("</section>\n", out);

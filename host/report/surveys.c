@@ -113,12 +113,12 @@ static void write_surveys_table(FILE *out, const struct store_gage_survey *rows,
         char when[40];
         survey_format_time(rows[i].made_us, when, sizeof when);
         answer_open_row(answer);
-        answer_words(answer, NULL, "survey", "%lld%s", (long long)rows[i].id,
-                     rows[i].ended_us == STORE_NONE ? ", in progress" : "");
-        answer_words(answer, NULL, "started", "%s", when);
-        answer_count(answer, NULL, "after RUN", rows[i].after_run);
-        answer_words(answer, NULL, "by", "%s", rows[i].who);
-        answer_words(answer, NULL, "note", "%s", rows[i].note);
+        answer_add_text(answer, NULL, "survey", "%lld%s", (long long)rows[i].id,
+                        rows[i].ended_us == STORE_NONE ? ", in progress" : "");
+        answer_add_text(answer, NULL, "started", "%s", when);
+        answer_add_count(answer, NULL, "after RUN", rows[i].after_run);
+        answer_add_text(answer, NULL, "by", "%s", rows[i].who);
+        answer_add_text(answer, NULL, "note", "%s", rows[i].note);
     }
     answer_close_group(answer);
     report_write_answer(answer, out);
@@ -127,8 +127,8 @@ static void write_surveys_table(FILE *out, const struct store_gage_survey *rows,
 static void write_survey_text(FILE *out, const struct survey *survey,
                               const struct survey_results *found, bool si)
 {
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si),
-                      *station = unit_of(UNIT_STATION, si);
+    const struct unit *length = unit_get(UNIT_DISPLACEMENT, si),
+                      *station = unit_get(UNIT_STATION, si);
     fprintf(out,
             "<p class=\"say\">Survey %lld: %zu of %zu gage points read, %zu confirmed; opening "
             "known for %zu of %u segments.",

@@ -222,7 +222,7 @@ static void add_band_group(struct answer *answer, int group, const struct mods_s
     for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) {
         char name[24];
         snprintf(name, sizeof name, "%s_%s", group == 0 ? "band" : "band2", lists[i].name);
-        answer_json_value(answer, name, lists[i].list);
+        answer_add_json(answer, name, lists[i].list);
     }
 }
 
@@ -245,18 +245,20 @@ static void add_bands(struct answer *answer, const struct mods_state *s)
         slack += s->band_min_lb[i] < 0.0;
     for (size_t i = 0; i < s->connection_count; i++)
         out += s->band_pulled_out[i] != 0.0;
-    answer_value(answer, NULL, "least tension", UNIT_TENSION, fmax(0.0, s->band_min_lb[least]), -4);
-    answer_remark(answer, ", in segment %zu of %zu; %zu went slack", least + 1, s->segment_count,
-                  slack);
-    answer_value(answer, NULL, "largest tension", UNIT_TENSION, s->band_max_lb[most], -4);
-    answer_remark(answer, ", in segment %zu", most + 1);
-    answer_value(answer, "band_error", "error of tension", UNIT_TENSION, s->band_error_lb, -2)
+    answer_add_value(answer, NULL, "least tension", UNIT_TENSION, fmax(0.0, s->band_min_lb[least]),
+                     -4);
+    answer_append_remark(answer, ", in segment %zu of %zu; %zu went slack", least + 1,
+                         s->segment_count, slack);
+    answer_add_value(answer, NULL, "largest tension", UNIT_TENSION, s->band_max_lb[most], -4);
+    answer_append_remark(answer, ", in segment %zu", most + 1);
+    answer_add_value(answer, "band_error", "error of tension", UNIT_TENSION, s->band_error_lb, -2)
         ->digits = JSON_DIGITS;
-    answer_value(answer, NULL, "largest load", UNIT_TENSION, s->band_load_lb[load], -4);
-    answer_remark(answer, ", at the connection at mat %.0f", s->band_mat[load]);
-    answer_value(answer, NULL, "largest slip", UNIT_MOVEMENT, s->band_slip_ft[slip], -4);
-    answer_remark(answer, ", at the connection at mat %.0f; %zu of %zu connections pulled out",
-                  s->band_mat[slip], out, s->connection_count);
+    answer_add_value(answer, NULL, "largest load", UNIT_TENSION, s->band_load_lb[load], -4);
+    answer_append_remark(answer, ", at the connection at mat %.0f", s->band_mat[load]);
+    answer_add_value(answer, NULL, "largest slip", UNIT_MOVEMENT, s->band_slip_ft[slip], -4);
+    answer_append_remark(answer,
+                         ", at the connection at mat %.0f; %zu of %zu connections pulled out",
+                         s->band_mat[slip], out, s->connection_count);
 }
 
 static void add_cleats(struct answer *answer, const struct mods_state *s)
@@ -265,11 +267,11 @@ static void add_cleats(struct answer *answer, const struct mods_state *s)
     double sum = 0.0;
     for (size_t i = 0; i < s->cleat_count; i++)
         sum += s->cleat_left[i];
-    answer_json_value(answer, "cleat_left", numbers_to_json(s->cleat_left, s->cleat_count));
-    answer_value(answer, NULL, "holding force of cleats", UNIT_NUMBER, sum / (double)s->cleat_count,
-                 -3);
-    answer_remark(answer, " of the initial force is left on average, %.3g on mat %.0f",
-                  s->cleat_left[worst], s->cleat_mat[worst]);
+    answer_add_json(answer, "cleat_left", numbers_to_json(s->cleat_left, s->cleat_count));
+    answer_add_value(answer, NULL, "holding force of cleats", UNIT_NUMBER,
+                     sum / (double)s->cleat_count, -3);
+    answer_append_remark(answer, " of the initial force is left on average, %.3g on mat %.0f",
+                         s->cleat_left[worst], s->cleat_mat[worst]);
 }
 
 static void add_restraints(struct answer *answer, const struct mods_state *s)
@@ -283,12 +285,13 @@ static void add_restraints(struct answer *answer, const struct mods_state *s)
         if (count == 0)
             continue;
         snprintf(name, sizeof name, "%s_zero", kind);
-        answer_json_value(answer, name, numbers_to_json(s->restraint_zero_ft + first, count));
+        answer_add_json(answer, name, numbers_to_json(s->restraint_zero_ft + first, count));
         snprintf(name, sizeof name, "%s_load_lb", kind);
-        answer_json_value(answer, name, numbers_to_json(load_lb, count));
+        answer_add_json(answer, name, numbers_to_json(load_lb, count));
         snprintf(name, sizeof name, "largest %s load", kind);
-        answer_value(answer, NULL, name, UNIT_TENSION, load_lb[most], -4);
-        answer_remark(answer, ", at %s %.0f", k == SIM_ABSORBERS ? "joint" : "mat", at[most]);
+        answer_add_value(answer, NULL, name, UNIT_TENSION, load_lb[most], -4);
+        answer_append_remark(answer, ", at %s %.0f", k == SIM_ABSORBERS ? "joint" : "mat",
+                             at[most]);
     }
 }
 
@@ -319,9 +322,9 @@ static void add_mods(struct answer *answer, const struct sim_scene *scene,
         torn += s->torn[j] != 0.0;
     bool may_tear = scene->mods.tear_lb < HUGE_VAL;
     if (may_tear || scene->mods.torn.count > 0)
-        answer_json_value(answer, "torn", flagged_to_json(s->torn, NULL, s->joint_count + 1));
+        answer_add_json(answer, "torn", flagged_to_json(s->torn, NULL, s->joint_count + 1));
     if (may_tear || torn > 0)
-        answer_count(answer, NULL, "joints torn", (int64_t)torn);
+        answer_add_count(answer, NULL, "joints torn", (int64_t)torn);
     answer_close_group(answer);
 }
 
@@ -366,7 +369,7 @@ static void add_outputs(struct answer *answer, const struct sim_scene *scene,
     int every = scene->output_mats.count == 0
                   ? (scene->mats + PRINTED_MATS_MAX - 1) / PRINTED_MATS_MAX
                   : 1;
-    answer_json_value(answer, "outputs", outputs_to_json(scene, result));
+    answer_add_json(answer, "outputs", outputs_to_json(scene, result));
     for (size_t k = 0; k < result->output_count; k++) {
         char label[40];
         snprintf(label, sizeof label, "movement at %.*g s", sim_time_digits(result->start_s, 6),
@@ -377,9 +380,11 @@ static void add_outputs(struct answer *answer, const struct sim_scene *scene,
             if (every > 1 && (mat - 1) % every != 0)
                 continue;
             answer_open_row(answer);
-            answer_count(answer, NULL, "mat", mat);
-            answer_value(answer, NULL, "station", UNIT_STATION, (mat - 1) * scene->length_ft, 2);
-            answer_value(answer, NULL, "movement", UNIT_MOVEMENT, result->outputs[k].u_ft[mat], 6);
+            answer_add_count(answer, NULL, "mat", mat);
+            answer_add_value(answer, NULL, "station", UNIT_STATION, (mat - 1) * scene->length_ft,
+                             2);
+            answer_add_value(answer, NULL, "movement", UNIT_MOVEMENT, result->outputs[k].u_ft[mat],
+                             6);
         }
         answer_close_group(answer);
     }
@@ -403,54 +408,54 @@ static void add_extremes(struct answer *answer, const struct sim_scene *scene,
          unsure = result->status == SIM_UNPREDICTABLE,
          seen = result->status == SIM_OK || interrupted || unsure;
     bool lifts = scene->model != SIM_MODEL_CHAIN;
-    answer_value(answer, NULL, "largest movement", UNIT_MOVEMENT, result->peak_u_ft, 4);
-    answer_remark(answer, ", of mat %d", result->peak_mat);
-    answer_value(answer, "max_lift", lifts ? "largest lift" : NULL, UNIT_MOVEMENT,
-                 seen ? result->max_lift_ft : (double)NAN, 4)
+    answer_add_value(answer, NULL, "largest movement", UNIT_MOVEMENT, result->peak_u_ft, 4);
+    answer_append_remark(answer, ", of mat %d", result->peak_mat);
+    answer_add_value(answer, "max_lift", lifts ? "largest lift" : NULL, UNIT_MOVEMENT,
+                     seen ? result->max_lift_ft : (double)NAN, 4)
         ->digits = 12;
     bool alike = unsure && (result->diverging_wave_count == 0 ||
                             result->diverging_wave_count == result->diverging_run_count);
     if (result->status == SIM_OK || alike || (interrupted && result->bow_wave))
-        answer_flag(answer, "bow_wave", lifts ? "bow wave" : NULL, result->bow_wave);
+        answer_add_flag(answer, "bow_wave", lifts ? "bow wave" : NULL, result->bow_wave);
     else
-        answer_no_value(answer, "bow_wave", lifts ? "bow wave" : NULL,
-                        unsure ? "in some runs" : "none yet");
+        answer_add_missing_value(answer, "bow_wave", lifts ? "bow wave" : NULL,
+                                 unsure ? "in some runs" : "none yet");
     if (unsure) {
-        answer_count(answer, "spread_runs", "runs", result->diverging_run_count);
-        answer_count(answer, "spread_waves", lifts ? "runs with a bow wave" : NULL,
-                     result->diverging_wave_count);
+        answer_add_count(answer, "spread_runs", "runs", result->diverging_run_count);
+        answer_add_count(answer, "spread_waves", lifts ? "runs with a bow wave" : NULL,
+                         result->diverging_wave_count);
     }
     answer_open_group(answer, "error_estimate", interrupted ? NULL : "");
-    answer_value(answer, "u", "error of movement", UNIT_MOVEMENT,
-                 error_or_nan(result, result->error_u_ft), -2);
-    answer_remark(answer, ", estimated against steps of %.4g s", result->checked_dt_s);
-    answer_value(answer, "lift", lifts ? "error of lift" : NULL, UNIT_MOVEMENT,
-                 error_or_nan(result, result->error_lift_ft), -2);
+    answer_add_value(answer, "u", "error of movement", UNIT_MOVEMENT,
+                     error_or_nan(result, result->error_u_ft), -2);
+    answer_append_remark(answer, ", estimated against steps of %.4g s", result->checked_dt_s);
+    answer_add_value(answer, "lift", lifts ? "error of lift" : NULL, UNIT_MOVEMENT,
+                     error_or_nan(result, result->error_lift_ft), -2);
     answer_close_group(answer);
     if (result->speed_end_ft_s > 0.0)
-        answer_value(answer, NULL, "moving at the end", UNIT_SPEED, result->speed_end_ft_s, -3)
+        answer_add_value(answer, NULL, "moving at the end", UNIT_SPEED, result->speed_end_ft_s, -3)
             ->suffix = " at most";
 }
 
 static void add_active_mats(struct answer *answer, const struct sim_result *result)
 {
     answer_open_group(answer, "active", "integration");
-    answer_value(answer, "mats_mean", "integrated mats, mean", UNIT_NUMBER,
-                 result->integrated_mats_mean, 1);
-    answer_count(answer, "mats_max", "integrated mats, max", result->integrated_mats_max);
-    answer_value(answer, "dt", "longest step", UNIT_TIME, result->dt_s, -4)->digits = 9;
-    answer_value(answer, "dt_limit", "stability limit", UNIT_TIME, result->dt_limit_s, -4)->digits =
-        9;
-    answer_value(answer, "checked_dt", NULL, UNIT_TIME, result->checked_dt_s, -4)->digits = 9;
-    answer_value(answer, "pass_ms", "time of this run", UNIT_NUMBER, result->pass_ms, 1)->suffix =
-        " ms";
+    answer_add_value(answer, "mats_mean", "integrated mats, mean", UNIT_NUMBER,
+                     result->integrated_mats_mean, 1);
+    answer_add_count(answer, "mats_max", "integrated mats, max", result->integrated_mats_max);
+    answer_add_value(answer, "dt", "longest step", UNIT_TIME, result->dt_s, -4)->digits = 9;
+    answer_add_value(answer, "dt_limit", "stability limit", UNIT_TIME, result->dt_limit_s, -4)
+        ->digits = 9;
+    answer_add_value(answer, "checked_dt", NULL, UNIT_TIME, result->checked_dt_s, -4)->digits = 9;
+    answer_add_value(answer, "pass_ms", "time of this run", UNIT_NUMBER, result->pass_ms, 1)
+        ->suffix = " ms";
     answer_open_list(answer, "left_out", "left out");
     for (size_t i = 0; result->left_out_effects[i]; i++)
-        answer_sentence(answer, NULL, "%s", result->left_out_effects[i]);
+        answer_add_sentence(answer, NULL, "%s", result->left_out_effects[i]);
     answer_close_group(answer);
     answer_open_list(answer, "notes", "notes");
     for (size_t i = 0; result->notes[i][0]; i++)
-        answer_sentence(answer, NULL, "%s", result->notes[i]);
+        answer_add_sentence(answer, NULL, "%s", result->notes[i]);
     answer_close_group(answer);
     answer_close_group(answer);
 }
@@ -461,30 +466,32 @@ struct answer *sim_to_answer(const struct sim_scene *scene, const struct sim_res
     struct answer *answer = answer_new(si);
     int twelve = sim_time_digits(result->start_s, 12), six = sim_time_digits(result->start_s, 6);
     answer_keep_units(answer);
-    answer_words(answer, "scene", "scene", "%s", scene->name);
-    answer_words(answer, "model", "model", "%s", sim_model_name(scene->model));
-    answer_words(answer, "solver", "solver", "%s", result->solver);
-    answer_words(answer, "status", "status", "%s", sim_status_name(result->status));
+    answer_add_text(answer, "scene", "scene", "%s", scene->name);
+    answer_add_text(answer, "model", "model", "%s", sim_model_name(scene->model));
+    answer_add_text(answer, "solver", "solver", "%s", result->solver);
+    answer_add_text(answer, "status", "status", "%s", sim_status_name(result->status));
     if (result->status == SIM_INTERRUPTED)
-        answer_remark(answer, " at %.*g s: the results below are unchecked and end at this time",
-                      six, result->t_s);
+        answer_append_remark(answer,
+                             " at %.*g s: the results below are unchecked and end at this time",
+                             six, result->t_s);
     if (result->status == SIM_UNPREDICTABLE)
-        answer_remark(
+        answer_append_remark(
             answer,
             " beyond %.*g s: after this time, runs with different steps disagree; the errors "
             "are the differences between these runs",
             six, result->t_s);
     if (result->status != SIM_OK) {
-        answer_count(answer, "mat", NULL, result->mat);
-        answer_value(answer, "t", NULL, UNIT_TIME, result->t_s, -six)->digits = twelve;
+        answer_add_count(answer, "mat", NULL, result->mat);
+        answer_add_value(answer, "t", NULL, UNIT_TIME, result->t_s, -six)->digits = twelve;
     }
-    answer_count(answer, NULL, "mats", result->mats);
-    answer_value(answer, "t_end", "end", UNIT_TIME, result->t_end_s, -six)->digits = twelve;
-    answer_value(answer, "run_ms", "computed in", UNIT_NUMBER, result->run_ms, 1)->suffix = " ms";
-    answer_count(answer, "rhs", NULL, (int64_t)result->evaluations);
-    answer_count(answer, "steps", "steps", (int64_t)result->steps);
-    answer_count(answer, "rejected", NULL, (int64_t)result->other_steps);
-    answer_count(answer, "events", NULL, (int64_t)result->events);
+    answer_add_count(answer, NULL, "mats", result->mats);
+    answer_add_value(answer, "t_end", "end", UNIT_TIME, result->t_end_s, -six)->digits = twelve;
+    answer_add_value(answer, "run_ms", "computed in", UNIT_NUMBER, result->run_ms, 1)->suffix =
+        " ms";
+    answer_add_count(answer, "rhs", NULL, (int64_t)result->evaluations);
+    answer_add_count(answer, "steps", "steps", (int64_t)result->steps);
+    answer_add_count(answer, "rejected", NULL, (int64_t)result->other_steps);
+    answer_add_count(answer, "events", NULL, (int64_t)result->events);
     add_extremes(answer, scene, result);
     add_mods(answer, scene, result->mods);
     add_outputs(answer, scene, result);

@@ -320,7 +320,8 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
         return report_missing_file(path, error);
     struct error other = {0};
     /* check the kind of the file first: a database may be empty while another program creates it */
-    if (output_check_kind(path, "campaign database", &other) != MR_OK && !output_is_database(path))
+    if (output_check_file_format(path, "campaign database", &other) != MR_OK &&
+        !output_is_database(path))
         return error_set(error, other.status, "%s", other.text);
     struct store *opened = calloc(1, sizeof *opened);
     char *copy = strdup(path);

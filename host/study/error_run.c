@@ -22,14 +22,14 @@ static double value_or_nan(bool known, double value)
 static void add_error(struct answer *answer, const char *name, const char *label,
                       const struct error_run *run, double run_error_ft, double agreement_ft)
 {
-    answer_value(answer, name, NULL, UNIT_NUMBER, value_or_nan(run->status == SIM_OK, run_error_ft),
-                 0);
+    answer_add_value(answer, name, NULL, UNIT_NUMBER,
+                     value_or_nan(run->status == SIM_OK, run_error_ft), 0);
     if (run->status != SIM_OK || isnan(run_error_ft))
-        answer_words(answer, NULL, label, "%9s", "-");
+        answer_add_text(answer, NULL, label, "%9s", "-");
     else if (run_error_ft <= ERROR_RESOLUTION_FACTOR * agreement_ft)
-        answer_words(answer, NULL, label, "<%8.1e", ERROR_RESOLUTION_FACTOR * agreement_ft);
+        answer_add_text(answer, NULL, label, "<%8.1e", ERROR_RESOLUTION_FACTOR * agreement_ft);
     else
-        answer_words(answer, NULL, label, "%9.2e", run_error_ft);
+        answer_add_text(answer, NULL, label, "%9.2e", run_error_ft);
 }
 
 static void add_run(struct answer *answer, const struct error_study *study,
@@ -37,26 +37,27 @@ static void add_run(struct answer *answer, const struct error_study *study,
 {
     bool fixed = run->dt_s > 0.0;
     answer_open_row(answer);
-    answer_words(answer, "solver", "solver", "%s", run->solver);
-    answer_words(answer, NULL, "rtol or dt", fixed ? "dt %.4g s" : "rtol %.0e",
-                 fixed ? run->dt_s : run->rtol);
-    answer_value(answer, "rtol", NULL, UNIT_NUMBER, value_or_nan(run->rtol > 0.0, run->rtol), 0);
-    answer_value(answer, "dt", NULL, UNIT_TIME, value_or_nan(fixed, run->dt_s), 0)->digits = 9;
-    answer_count(answer, "steps", "steps", (int64_t)run->steps);
-    answer_count(answer, "rhs", "rhs", (int64_t)run->evaluations);
-    answer_value(answer, "run_ms", "ms", UNIT_NUMBER, run->ms, 2);
+    answer_add_text(answer, "solver", "solver", "%s", run->solver);
+    answer_add_text(answer, NULL, "rtol or dt", fixed ? "dt %.4g s" : "rtol %.0e",
+                    fixed ? run->dt_s : run->rtol);
+    answer_add_value(answer, "rtol", NULL, UNIT_NUMBER, value_or_nan(run->rtol > 0.0, run->rtol),
+                     0);
+    answer_add_value(answer, "dt", NULL, UNIT_TIME, value_or_nan(fixed, run->dt_s), 0)->digits = 9;
+    answer_add_count(answer, "steps", "steps", (int64_t)run->steps);
+    answer_add_count(answer, "rhs", "rhs", (int64_t)run->evaluations);
+    answer_add_value(answer, "run_ms", "ms", UNIT_NUMBER, run->ms, 2);
     add_error(answer, "err_u", "error of|u, ft", run, run->u_ft, study->disagreement_u_ft);
     add_error(answer, "err_lift", "error of|lift, ft", run, run->lift_ft,
               study->disagreement_lift_ft);
-    answer_words(answer, "status", NULL, "%s", sim_status_name(run->status));
-    answer_words(answer, NULL, "status", run->is_unstable ? "%s, beyond the limit" : "%s",
-                 sim_status_name(run->status));
+    answer_add_text(answer, "status", NULL, "%s", sim_status_name(run->status));
+    answer_add_text(answer, NULL, "status", run->is_unstable ? "%s, beyond the limit" : "%s",
+                    sim_status_name(run->status));
     if (run->status != SIM_OK)
-        answer_words(answer, NULL, "where", "mat %d at %.4g s", run->mat, run->t_s);
-    answer_value(answer, "max_lift", NULL, UNIT_STATION,
-                 value_or_nan(run->status == SIM_OK, run->max_lift_ft), 0)
+        answer_add_text(answer, NULL, "where", "mat %d at %.4g s", run->mat, run->t_s);
+    answer_add_value(answer, "max_lift", NULL, UNIT_STATION,
+                     value_or_nan(run->status == SIM_OK, run->max_lift_ft), 0)
         ->digits = 9;
-    answer_flag(answer, "beyond_limit", NULL, run->is_unstable);
+    answer_add_flag(answer, "beyond_limit", NULL, run->is_unstable);
 }
 
 static void add_runs(struct answer *answer, const struct error_study *study)
@@ -69,7 +70,7 @@ static void add_runs(struct answer *answer, const struct error_study *study)
     }
     answer_close_group(answer);
     if (beyond)
-        answer_sentence(
+        answer_add_sentence(
             answer, NULL,
             "beyond the limit: the step exceeds the stability limit, and `matrig sim` refuses it");
 }
@@ -108,13 +109,13 @@ static void add_slopes(struct answer *answer, const struct error_study *study)
         if (study->has_lift)
             format_slope("lift", &order->lift, order, lift, sizeof lift);
         answer_open_group(answer, NULL, "");
-        answer_words(answer, NULL, order->solver, "%s, %s", law, u);
+        answer_add_text(answer, NULL, order->solver, "%s, %s", law, u);
         if (study->has_lift)
-            answer_words(answer, NULL, order->solver, "%s, %s", law, lift);
-        answer_words(answer, "solver", NULL, "%s", order->solver);
-        answer_words(answer, "against", NULL, "%s", order->is_of_step ? "dt" : "rtol");
-        answer_json_value(answer, "u", slope_to_json(&order->u));
-        answer_json_value(answer, "lift", slope_to_json(&order->lift));
+            answer_add_text(answer, NULL, order->solver, "%s, %s", law, lift);
+        answer_add_text(answer, "solver", NULL, "%s", order->solver);
+        answer_add_text(answer, "against", NULL, "%s", order->is_of_step ? "dt" : "rtol");
+        answer_add_json(answer, "u", slope_to_json(&order->u));
+        answer_add_json(answer, "lift", slope_to_json(&order->lift));
         answer_close_group(answer);
     }
     answer_close_group(answer);
@@ -133,16 +134,16 @@ static void add_cheapest_runs(struct answer *answer, const struct error_study *s
               "steps: the largest error of a step and of its two neighbours)");
     for (size_t i = 0; i <= count; i++) {
         answer_open_row(answer);
-        answer_words(answer, NULL, "solver", "%s", i < count ? names[i] : "cheapest");
+        answer_add_text(answer, NULL, "solver", "%s", i < count ? names[i] : "cheapest");
         for (size_t k = 0; k < error_level_count; k++) {
             const struct error_run *run =
                 error_study_find_cheapest(study, i < count ? names[i] : NULL, error_levels_ft[k]);
             char level[24];
             snprintf(level, sizeof level, "%.0e ft", error_levels_ft[k]);
             if (i < count)
-                answer_value(answer, NULL, level, UNIT_NUMBER, run ? run->ms : (double)NAN, 2);
+                answer_add_value(answer, NULL, level, UNIT_NUMBER, run ? run->ms : (double)NAN, 2);
             else
-                answer_words(answer, NULL, level, "%s", run ? run->solver : "none");
+                answer_add_text(answer, NULL, level, "%s", run ? run->solver : "none");
         }
     }
     answer_close_group(answer);
@@ -152,28 +153,28 @@ static void add_cheapest_runs(struct answer *answer, const struct error_study *s
 static struct answer *make_answer(const struct sim_scene *scene, const struct error_study *study)
 {
     struct answer *answer = answer_new(false);
-    answer_words(answer, "scene", "scene", "%s", scene->name);
-    answer_words(answer, NULL, "model", "%s", sim_model_name(scene->model));
-    answer_count(answer, NULL, "mats", scene->mats);
-    answer_value(answer, NULL, "end", UNIT_TIME, study->end_s, -6);
+    answer_add_text(answer, "scene", "scene", "%s", scene->name);
+    answer_add_text(answer, NULL, "model", "%s", sim_model_name(scene->model));
+    answer_add_count(answer, NULL, "mats", scene->mats);
+    answer_add_value(answer, NULL, "end", UNIT_TIME, study->end_s, -6);
     answer_open_group(answer, "reference", "reference");
-    answer_sentence(answer, "method", "%s", study->reference_method);
+    answer_add_sentence(answer, "method", "%s", study->reference_method);
     answer_open_group(answer, "agreement", "");
-    answer_value(answer, "u", "agreement of u", UNIT_STATION, study->disagreement_u_ft, -2);
-    answer_value(answer, "lift", "of lift", UNIT_STATION, study->disagreement_lift_ft, -2);
+    answer_add_value(answer, "u", "agreement of u", UNIT_STATION, study->disagreement_u_ft, -2);
+    answer_add_value(answer, "lift", "of lift", UNIT_STATION, study->disagreement_lift_ft, -2);
     answer_close_group(answer);
-    answer_value(answer, "peak_u", "largest movement", UNIT_STATION, study->peak_u_ft, -6)->digits =
-        12;
-    answer_value(answer, "max_lift", "largest lift", UNIT_STATION, study->max_lift_ft, -6)->digits =
-        12;
+    answer_add_value(answer, "peak_u", "largest movement", UNIT_STATION, study->peak_u_ft, -6)
+        ->digits = 12;
+    answer_add_value(answer, "max_lift", "largest lift", UNIT_STATION, study->max_lift_ft, -6)
+        ->digits = 12;
     answer_close_group(answer);
-    answer_value(answer, "dt_limit", NULL, UNIT_TIME, study->dt_limit_s, 0)->digits = 9;
+    answer_add_value(answer, "dt_limit", NULL, UNIT_TIME, study->dt_limit_s, 0)->digits = 9;
     add_runs(answer, study);
     add_slopes(answer, study);
     add_cheapest_runs(answer, study);
     answer_open_list(answer, "notes", "notes");
     for (size_t i = 0; study->notes[i][0]; i++)
-        answer_sentence(answer, NULL, "%s", study->notes[i]);
+        answer_add_sentence(answer, NULL, "%s", study->notes[i]);
     answer_close_group(answer);
     return answer;
 }
@@ -270,7 +271,7 @@ int error_command(int argc, char **argv, const struct cli *cli)
         return cli_fail(&error);
     if (r.plot)
         write_plot(r.plot, scene.name, &study, fatal);
-    int code = answer_show(cli, make_answer(&scene, &study), 0);
+    int code = answer_print(cli, make_answer(&scene, &study), 0);
     sim_scene_free(&scene);
     return code;
 }

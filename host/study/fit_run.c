@@ -85,7 +85,7 @@ static void set_priors(const char *text, struct fit_landings *list)
         size_t length = strcspn(text, "=,"), whole = strcspn(text, ",");
         int key = find_fit_key("--prior", text, length);
         double value, spread;
-        const char *unit = unit_of(fit_names[key].unit, false)->text;
+        const char *unit = unit_get(fit_names[key].unit, false)->text;
         if (!read_prior(text + length, whole - length, unit, &value, &spread))
             error_set(fatal, MR_USAGE,
                       "not a prior: '%.*s'; give NAME=VALUE:ERROR, both above 0 and in %s, such as "
@@ -183,7 +183,7 @@ static void add_landings(struct answer *answer, const struct fit_landings *list)
             after += isnan(landing->survey_after_in[s]) ? 0 : 1;
         }
         snprintf(run, sizeof run, "RUN %lld", (long long)landing->run);
-        answer_words(
+        answer_add_text(
             answer, NULL, run,
             "%zu transducers, %zu statistics, %zu segments surveyed before the landing "
             "(%zu from gage points), %zu after%s",
@@ -191,7 +191,7 @@ static void add_landings(struct answer *answer, const struct fit_landings *list)
             landing->is_consecutive ? "; initial gaps are those after the previous landing" : "");
         json_array_append_new(runs, json_integer(landing->run));
     }
-    answer_json_value(answer, "runs", runs);
+    answer_add_json(answer, "runs", runs);
 }
 
 /* Adds each parameter in its own unit: estimate, 95 % interval, prior. */
@@ -207,7 +207,7 @@ static void add_parameters(struct answer *answer, const struct fit_landings *lis
     for (size_t i = 0; i < count; i++) {
         const struct fit_parameter *p = &list->parameter[key[i]];
         const struct fit_name *name = &fit_names[key[i]];
-        const struct unit *unit = unit_of(name->unit, answer_is_si(answer));
+        const struct unit *unit = unit_get(name->unit, answer_is_si(answer));
         const struct {
             const char *name, *label;
             double z;
@@ -218,14 +218,14 @@ static void add_parameters(struct answer *answer, const struct fit_landings *lis
                       {"prior_low", "prior|from", -NORMAL_95_QUANTILE},
                       {"prior_high", "prior|to", NORMAL_95_QUANTILE}};
         answer_open_row(answer);
-        answer_words(answer, "name", NULL, "%s", name->key);
-        answer_words(answer, NULL, "parameter", "%-5s %s", name->key, name->description);
-        answer_words(answer, "unit", "unit", "%s", unit->text);
+        answer_add_text(answer, "name", NULL, "%s", name->key);
+        answer_add_text(answer, NULL, "parameter", "%-5s %s", name->key, name->description);
+        answer_add_text(answer, "unit", "unit", "%s", unit->text);
         for (size_t k = 0; k < sizeof values / sizeof values[0]; k++)
-            answer_value(answer, values[k].name, values[k].label, UNIT_NUMBER,
-                         unit->factor * p->value * exp(p->spread * values[k].z), -4);
-        answer_value(answer, "error_of_prior", "error of|the prior", UNIT_NUMBER,
-                     sqrt(fit->covariance[i][i]), 2)
+            answer_add_value(answer, values[k].name, values[k].label, UNIT_NUMBER,
+                             unit->factor * p->value * exp(p->spread * values[k].z), -4);
+        answer_add_value(answer, "error_of_prior", "error of|the prior", UNIT_NUMBER,
+                         sqrt(fit->covariance[i][i]), 2)
             ->digits = 4;
     }
     answer_close_group(answer);
@@ -246,16 +246,16 @@ static void add_correlations(struct answer *answer, const struct fit_landings *l
     for (size_t i = 0; i < count; i++) {
         json_t *row = json_array();
         answer_open_row(answer);
-        answer_words(answer, NULL, "of", "%s", fit_names[key[i]].key);
+        answer_add_text(answer, NULL, "of", "%s", fit_names[key[i]].key);
         for (size_t k = 0; k < count; k++) {
-            answer_value(answer, NULL, fit_names[key[k]].key, UNIT_NUMBER, correlation(fit, i, k),
-                         2);
+            answer_add_value(answer, NULL, fit_names[key[k]].key, UNIT_NUMBER,
+                             correlation(fit, i, k), 2);
             json_array_append_new(row, cli_json_number(correlation(fit, i, k), 6));
         }
         json_array_append_new(correlations, row);
     }
     answer_close_group(answer);
-    answer_json_value(answer, "correlation", correlations);
+    answer_add_json(answer, "correlation", correlations);
 }
 
 static void format_misfit(const struct misfit *misfit, char *text, size_t size)
@@ -278,24 +278,25 @@ static void add_misfit(struct answer *answer, const struct fit_landings *list,
 {
     char text[200];
     format_misfit(misfit, text, sizeof text);
-    answer_sentence(answer, NULL, "%s", text);
+    answer_add_sentence(answer, NULL, "%s", text);
     if (misfit->is_rejected)
-        answer_sentence(
+        answer_add_sentence(
             answer, NULL,
             "Do not use the intervals. --plot shows where the residuals are large: check "
             "transducers, dirt, gear path and elastic ground there");
     if (misfit->is_rejected && list->landing[0].has_earlier_landings)
-        answer_sentence(answer, NULL,
-                        "RUN %lld began with joints that earlier landings had moved: start the fit "
-                        "with the first landing",
-                        (long long)list->landing[0].run);
+        answer_add_sentence(
+            answer, NULL,
+            "RUN %lld began with joints that earlier landings had moved: start the fit "
+            "with the first landing",
+            (long long)list->landing[0].run);
     answer_open_group(answer, "misfit", NULL);
-    answer_flag(answer, "checked", NULL, misfit->is_checked);
-    answer_flag(answer, "cannot_be", NULL, misfit->is_rejected);
-    answer_value(answer, "share", NULL, UNIT_NUMBER,
-                 misfit->is_checked ? misfit->p_value : (double)NAN, 2);
-    answer_value(answer, "false_alarms", NULL, UNIT_NUMBER, MISFIT_LEVEL, 2);
-    answer_count(answer, "replicas", NULL, (int64_t)misfit->replica_count);
+    answer_add_flag(answer, "checked", NULL, misfit->is_checked);
+    answer_add_flag(answer, "cannot_be", NULL, misfit->is_rejected);
+    answer_add_value(answer, "share", NULL, UNIT_NUMBER,
+                     misfit->is_checked ? misfit->p_value : (double)NAN, 2);
+    answer_add_value(answer, "false_alarms", NULL, UNIT_NUMBER, MISFIT_LEVEL, 2);
+    answer_add_count(answer, "replicas", NULL, (int64_t)misfit->replica_count);
     answer_close_group(answer);
 }
 
@@ -304,17 +305,18 @@ static struct answer *describe_fit(const struct fit_landings *list, const struct
 {
     struct answer *answer = answer_new(si);
     add_landings(answer, list);
-    answer_count(answer, "simulated", "simulated", (int64_t)fit->simulated_draw_count);
-    answer_remark(answer, " data sets in %u rounds%s", fit->round_count,
-                  fit->failed_draw_count ? "; some data sets failed" : "");
-    answer_count(answer, "rounds", NULL, fit->round_count);
-    answer_flag(answer, "stopped", NULL, fit->not_converged);
-    answer_flag(answer, "intervals_trusted", NULL, misfit->is_checked && !misfit->is_rejected);
+    answer_add_count(answer, "simulated", "simulated", (int64_t)fit->simulated_draw_count);
+    answer_append_remark(answer, " data sets in %u rounds%s", fit->round_count,
+                         fit->failed_draw_count ? "; some data sets failed" : "");
+    answer_add_count(answer, "rounds", NULL, fit->round_count);
+    answer_add_flag(answer, "stopped", NULL, fit->not_converged);
+    answer_add_flag(answer, "intervals_trusted", NULL, misfit->is_checked && !misfit->is_rejected);
     add_parameters(answer, list, fit, misfit);
     add_correlations(answer, list, fit);
     if (fit->not_converged)
-        answer_sentence(answer, NULL, "the fit did not converge in %u rounds: give narrower priors",
-                        fit->round_count);
+        answer_add_sentence(answer, NULL,
+                            "the fit did not converge in %u rounds: give narrower priors",
+                            fit->round_count);
     add_misfit(answer, list, misfit);
     return answer;
 }
@@ -500,8 +502,8 @@ int fit_command(int argc, char **argv, const struct cli *cli)
         fit_write_plot(&list, &answer, &misfit, request.plot, fatal);
     if (request.out_scene)
         fit_write_scene(&list, &answer, request.scene, request.out_scene, fatal);
-    int exit_code = answer_show(cli, describe_fit(&list, &answer, &misfit, cli->si),
-                                misfit.is_rejected ? 1 : 0);
+    int exit_code = answer_print(cli, describe_fit(&list, &answer, &misfit, cli->si),
+                                 misfit.is_rejected ? 1 : 0);
     fit_free(&answer);
     fit_landings_free(&list);
     return exit_code;

@@ -52,7 +52,7 @@ static int run_study(int argc, char **argv)
         argc -= 3;
         argv += 3;
     }
-    int i = command_begin(argc, argv, &before, &error);
+    int i = command_parse_global_options(argc, argv, &before, &error);
     cli_begin(&before.cli);
     if (error.status != MR_OK)
         return cli_fail(&error);

@@ -93,7 +93,7 @@ static int write_outputs(const struct landing_series *c, const struct study_requ
                   summary.failed_count, c->seed_count, request->path);
     if (error->status != MR_OK)
         code = cli_fail(error);
-    code = answer_show(cli, series_to_answer(c, runs, &summary, cli->si), code);
+    code = answer_print(cli, series_to_answer(c, runs, &summary, cli->si), code);
     series_summary_free(&summary);
     return code;
 }

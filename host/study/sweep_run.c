@@ -83,10 +83,10 @@ static int run_cases(const struct sweep_request *r, const struct sweep *sweep,
     if (!r->output)
         return code;
     struct answer *answer = answer_new(cli->si);
-    answer_count(answer, "cases", "cases", (int64_t)(end - first));
-    answer_count(answer, "failed", "failed", (int64_t)failed);
-    answer_words(answer, "results", "results", "%s", r->output);
-    return answer_show(cli, answer, 0);
+    answer_add_count(answer, "cases", "cases", (int64_t)(end - first));
+    answer_add_count(answer, "failed", "failed", (int64_t)failed);
+    answer_add_text(answer, "results", "results", "%s", r->output);
+    return answer_print(cli, answer, 0);
 }
 
 static int list_cases(const struct sweep *sweep, const struct cli *cli)
@@ -113,7 +113,7 @@ static int show_table(const struct sweep_request *r, const struct sweep *sweep,
     struct answer *answer = sweep_table_to_answer(&table, !r->output);
     int code = table.missing_count ? mr_status_exit_code(MR_LIMIT) : 0;
     sweep_table_free(&table);
-    return answer_show(cli, answer, code);
+    return answer_print(cli, answer, code);
 }
 
 int sweep_command(int argc, char **argv, const struct cli *cli)

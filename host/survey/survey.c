@@ -129,7 +129,7 @@ const char *survey_line_text(unsigned line)
 
 void survey_item_format(const struct survey_item *item, bool si, char *out, size_t size)
 {
-    const struct unit *station = unit_of(UNIT_STATION, si);
+    const struct unit *station = unit_get(UNIT_STATION, si);
     double at = get_item_station_ft(item) * station->factor;
     if (item->kind == SURVEY_ITEM_GAP)
         snprintf(out, size, "line %u (%s), mats %u to %u, station %.1f %s", item->line,
@@ -348,7 +348,7 @@ enum column { COLUMN_KIND, COLUMN_LINE, COLUMN_PLACE, COLUMN_READING, COLUMN_NOT
 
 void survey_sheet_write(FILE *out, const struct survey_progress *progress, bool si)
 {
-    const struct unit *unit = unit_of(UNIT_DISPLACEMENT, si);
+    const struct unit *unit = unit_get(UNIT_DISPLACEMENT, si);
     fprintf(out, "kind,line,place,reading_%s,previous_%s,where,note\n", unit->suffix, unit->suffix);
     for (size_t i = 0; i < progress->plan.count; i++) {
         const struct survey_item *item = &progress->plan.item[i];
@@ -471,7 +471,7 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
     memset(sheet, 0, sizeof *sheet);
     for (size_t i = 0; i < SURVEY_ITEMS_MAX; i++)
         sheet->value_in[i] = (double)NAN;
-    if (output_check_kind(path, "survey sheet", error) != MR_OK)
+    if (output_check_file_format(path, "survey sheet", error) != MR_OK)
         return error->status;
     FILE *file = fopen(path, "r");
     if (!file)
@@ -483,7 +483,7 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
                                "line too long: %s, line %zu; give a survey sheet", path, number);
         else if (number == 1)
             status = find_columns(path, cell,
-                                  names = csv_split(line + utf8_mark_length(line, strlen(line)),
+                                  names = csv_split(line + utf8_bom_length(line, strlen(line)),
                                                     cell, SHEET_COLUMNS_MAX),
                                   column, &mm, error);
         else if (line[strspn(line, " \t\r\n")] != '\0')

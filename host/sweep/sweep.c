@@ -378,8 +378,8 @@ static enum mr_status read_axis_factors(struct sweep *sweep, struct sweep_axis *
 static const char *get_axis_unit(const struct sweep *sweep, const char *name)
 {
     const struct sim_key *key = !sweep->is_study ? sim_key_find(name) : NULL;
-    const char *unit = key ? key->unit : quantity_unit_of_name(name);
-    return quantity_kind_of(unit) ? unit : "";
+    const char *unit = key ? key->unit : quantity_unit_from_name(name);
+    return quantity_kind_find(unit) ? unit : "";
 }
 
 /* Reads an axis: a list of values, or an object with "values" (required for a list with "set") or a

@@ -39,7 +39,7 @@ static json_t *simulate_scene(const json_t *input)
     sim_run(&scene, &options, &result, &error);
     progress_end(&progress);
     bool tried = error.status == MR_OK || result.status != SIM_OK;
-    json_t *object = tried ? answer_into_json(sim_to_answer(&scene, &result, false))
+    json_t *object = tried ? answer_make_json_and_free(sim_to_answer(&scene, &result, false))
                            : make_refused_json(&error);
     /* use the peak over all mats and times; `matrig sim` shows only the requested outputs */
     if (tried)
@@ -58,7 +58,7 @@ static json_t *simulate_series(const struct landing_series *series, struct serie
     struct series_summary summary;
     series_simulate_all(series, 1, NULL, NULL, runs);
     series_summarise(&summary, series, runs);
-    json_t *object = answer_into_json(series_to_answer(series, runs, &summary, false));
+    json_t *object = answer_make_json_and_free(series_to_answer(series, runs, &summary, false));
     json_object_set_new(object, "status",
                         json_string(summary.failed_count > 0 ? "incomplete" : "ok"));
     for (size_t i = 0; i < series->seed_count && summary.failed_count > 0; i++) {
@@ -494,8 +494,8 @@ static void add_index(struct answer *answer, const char *name, const char *label
 {
     char words[80];
     snprintf(words, sizeof words, "%.2f (%.2f to %.2f)", index->value, index->low, index->high);
-    answer_words(answer, NULL, label, "%s", words);
-    answer_json_value(answer, name, json_pack("[f,f,f]", index->value, index->low, index->high));
+    answer_add_text(answer, NULL, label, "%s", words);
+    answer_add_json(answer, name, json_pack("[f,f,f]", index->value, index->low, index->high));
 }
 
 /* Returns the values of the stepped keys in one combination. */
@@ -528,14 +528,14 @@ static void add_indices(struct answer *answer, const struct sweep_table *table, 
         if (!sweep->axis[i].sample_fractions)
             continue;
         answer_open_row(answer);
-        answer_words(answer, "output", "output", "%s", field ? field : "threshold");
-        answer_json_value(answer, "at", json_incref(at));
+        answer_add_text(answer, "output", "output", "%s", field ? field : "threshold");
+        answer_add_json(answer, "at", json_incref(at));
         if (sweep->grid_case_count > 1)
-            answer_words(answer, NULL, "at", "%s", where);
-        answer_words(answer, "key", "key", "%s", sweep->axis[i].name);
+            answer_add_text(answer, NULL, "at", "%s", where);
+        answer_add_text(answer, "key", "key", "%s", sweep->axis[i].name);
         add_index(answer, "first", "first order (95 %)", &influence[key].first);
         add_index(answer, "total", "total (95 %)", &influence[key].total);
-        answer_count(answer, "points", "points", (int64_t)used);
+        answer_add_count(answer, "points", "points", (int64_t)used);
         key++;
     }
     free(where);
@@ -589,10 +589,10 @@ static void add_failures(struct answer *answer, const struct sweep_table *table)
     answer_open_table(answer, NULL, "failed cases");
     for (size_t k = 0; k < count; k++) {
         answer_open_row(answer);
-        answer_words(answer, NULL, "status", "%s", reasons[k].status);
-        answer_count(answer, NULL, "cases", (int64_t)reasons[k].count);
-        answer_count(answer, NULL, "first", (int64_t)reasons[k].first_case);
-        answer_words(answer, NULL, "reason", "%s", reasons[k].text);
+        answer_add_text(answer, NULL, "status", "%s", reasons[k].status);
+        answer_add_count(answer, NULL, "cases", (int64_t)reasons[k].count);
+        answer_add_count(answer, NULL, "first", (int64_t)reasons[k].first_case);
+        answer_add_text(answer, NULL, "reason", "%s", reasons[k].text);
     }
     answer_close_group(answer);
 }
@@ -632,7 +632,7 @@ static void for_each_cell(const struct sweep *sweep, const json_t *line, sweep_c
 static void add_cell(void *ctx, const char *head, const json_t *value)
 {
     char *text = make_cell_text(value);
-    answer_words(ctx, NULL, head, "%s", text);
+    answer_add_text(ctx, NULL, head, "%s", text);
     free(text);
 }
 
@@ -641,13 +641,13 @@ struct answer *sweep_table_to_answer(const struct sweep_table *table, bool rows)
     struct answer *answer = answer_new(false);
     const char *name = json_string_value(json_object_get(table->sweep->root, "name"));
     json_t *lines = json_array();
-    answer_words(answer, NULL, "sweep", "%s", name ? name : "no name");
-    answer_count(answer, "cases", "cases", (int64_t)table->line_count);
-    answer_remark(answer, " of %zu", table->sweep->case_count);
-    answer_count(answer, "failed", "failed", (int64_t)table->failed_count);
-    answer_count(answer, "missing", "missing", (int64_t)table->missing_count);
-    answer_count(answer, "repeated", table->repeated_count ? "repeated" : NULL,
-                 (int64_t)table->repeated_count);
+    answer_add_text(answer, NULL, "sweep", "%s", name ? name : "no name");
+    answer_add_count(answer, "cases", "cases", (int64_t)table->line_count);
+    answer_append_remark(answer, " of %zu", table->sweep->case_count);
+    answer_add_count(answer, "failed", "failed", (int64_t)table->failed_count);
+    answer_add_count(answer, "missing", "missing", (int64_t)table->missing_count);
+    answer_add_count(answer, "repeated", table->repeated_count ? "repeated" : NULL,
+                     (int64_t)table->repeated_count);
     add_failures(answer, table);
     if (table->sweep->index_point_count)
         add_all_indices(answer, table);
@@ -662,7 +662,7 @@ struct answer *sweep_table_to_answer(const struct sweep_table *table, bool rows)
         for_each_cell(table->sweep, table->line[i], add_cell, answer);
     }
     answer_close_group(answer);
-    answer_json_value(answer, "rows", lines);
+    answer_add_json(answer, "rows", lines);
     return answer;
 }
 

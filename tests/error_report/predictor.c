@@ -208,9 +208,9 @@ static enum mr_status run_solver(struct predictor_solver *solver, const struct b
     double sum = 0.0;
     memcpy(runway.gap_ft, bench->before_ft, sizeof runway.gap_ft);
     memcpy(runway.grit_lb, bench->own.grit_lb, sizeof runway.grit_lb);
-    double begin_ms = processor_ms();
+    double begin_ms = processor_time_ms();
     if (run_chain(&runway, &bench->gear, solver->step_s, true, &coarse, error) == MR_OK) {
-        solver->run[landing].ms = processor_ms() - begin_ms;
+        solver->run[landing].ms = processor_time_ms() - begin_ms;
         size_t count = truth->sample_count * STATIONS;
         for (size_t i = 0; i < count; i++) {
             double off_in = 12.0 * (coarse.sample_u_ft[i] - truth->sample_u_ft[i]);
@@ -251,7 +251,7 @@ static void play(struct mr_predictor *p, const struct gear *gear, const struct s
     size_t blocks = truth->sample_count - 1;
     off->most_in = 0.0;
     cycles[0] = 0.0;
-    double begin_ms = processor_ms();
+    double begin_ms = processor_time_ms();
     mr_predictor_arm(p);
     for (size_t ms = 0; ms < blocks; ms++) {
         size_t at = ms < gear->nodes ? ms : gear->nodes - 1;
@@ -272,7 +272,7 @@ static void play(struct mr_predictor *p, const struct gear *gear, const struct s
             off->most_in = fmax(off->most_in, fabs(off_in));
         }
     }
-    cost->ms = processor_ms() - begin_ms; /* the comparison is a millisecond of it */
+    cost->ms = processor_time_ms() - begin_ms; /* the comparison is a millisecond of it */
     off->rms_in = sqrt(sum / (double)(blocks * STATIONS));
     cost->updates = p->updates;
     cost->visits = p->visits;

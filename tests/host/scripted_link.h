@@ -125,7 +125,7 @@ static inline enum mr_status scripted_send(struct link *link, const uint8_t *byt
     return MR_OK;
 }
 
-static const struct link_ops scripted_ops = {.carried_kinds = 3,
+static const struct link_ops scripted_ops = {.supported_kinds = 3,
                                              .receive_frame = scripted_frame,
                                              .read = scripted_read,
                                              .send = scripted_send};
@@ -136,7 +136,7 @@ static inline struct link *scripted_open(struct scripted *s, enum link_kind kind
     struct link *link = calloc(1, sizeof *link);
     assert_non_null(link);
     *link = (struct link){.ops = &scripted_ops,
-                          .form = "scripted:",
+                          .syntax = "scripted:",
                           .kind = kind,
                           .spec = strdup(kind == LINK_CAN ? "scripted can" : "scripted")};
     link->fd = open("/dev/zero", O_RDONLY | O_CLOEXEC); /* always ready: waiting takes no time */

@@ -31,33 +31,32 @@ TEST(a_certificate_holds_through_its_due_day)
 {
     const struct mr_channel_config channel = {.serial = "ET-17"};
     struct store_certificate c = sound();
-    assert_int_equal(certificates_state(&c, &channel, 1772409599), CERTIFICATE_VALID);
-    assert_int_equal(certificates_state(&c, &channel, 1772409600), CERTIFICATE_OVERDUE);
+    assert_int_equal(certificates_check_state(&c, &channel, 1772409599), CERTIFICATE_VALID);
+    assert_int_equal(certificates_check_state(&c, &channel, 1772409600), CERTIFICATE_OVERDUE);
     c.due_day = STORE_NONE;
-    assert_int_equal(certificates_state(&c, &channel, 4102444800), CERTIFICATE_VALID);
+    assert_int_equal(certificates_check_state(&c, &channel, 4102444800), CERTIFICATE_VALID);
 }
 
 TEST(a_certificate_is_of_its_sensor)
 {
     struct store_certificate c = sound();
     struct mr_channel_config channel = {.serial = "ET-17"};
-    assert_int_equal(certificates_state(&c, &channel, 1772409599), CERTIFICATE_VALID);
+    assert_int_equal(certificates_check_state(&c, &channel, 1772409599), CERTIFICATE_VALID);
     memcpy(channel.serial, "ET-18", 5);
-    assert_int_equal(certificates_state(&c, &channel, 1772409599), CERTIFICATE_OTHER_SENSOR);
+    assert_int_equal(certificates_check_state(&c, &channel, 1772409599), CERTIFICATE_OTHER_SENSOR);
     memset(channel.serial, 0, sizeof channel.serial); /* the board does not say */
-    assert_int_equal(certificates_state(&c, &channel, 1772409599), CERTIFICATE_VALID);
+    assert_int_equal(certificates_check_state(&c, &channel, 1772409599), CERTIFICATE_VALID);
     memcpy(channel.serial, "123456789012", 12); /* fills its room, without an end */
     memcpy(c.sensor, "123456789012", 13);
-    assert_int_equal(certificates_state(&c, &channel, 1772409599), CERTIFICATE_VALID);
+    assert_int_equal(certificates_check_state(&c, &channel, 1772409599), CERTIFICATE_VALID);
 }
 
 TEST(an_uncertainty_is_absolute_or_relative)
 {
     struct store_certificate c = sound();
-    assert_near(certificates_standard_uncertainty(&c, -1.5), 0.003,
-                1e-12); /* 0.4 % of 1.5 over 2 */
+    assert_near(certificates_compute_uncertainty(&c, -1.5), 0.003, 1e-12); /* 0.4 % of 1.5 over 2 */
     c.expanded = 0.01;
-    assert_near(certificates_standard_uncertainty(&c, -1.5), 0.005, 1e-12);
+    assert_near(certificates_compute_uncertainty(&c, -1.5), 0.005, 1e-12);
 }
 
 /* ---- in a campaign ---- */
@@ -160,14 +159,14 @@ TEST(history_stays)
 
 /* ---- ready ---- */
 
-static struct ready_facts f;
+static struct ready_inputs f;
 static struct ready_report report;
 
 static void judge(int64_t now_s)
 {
     memset(&report, 0, sizeof report);
     f.now_s = now_s;
-    ready_judge_certificates(&f, &report);
+    ready_check_certificates(&f, &report);
 }
 
 static void says(unsigned i, enum ready_verdict verdict, const char *name, const char *value)

@@ -81,7 +81,7 @@ TEST(times_of_day_are_right_within_their_intervals)
     FILE *out = fmemopen(line, sizeof line - 1, "w");
     struct answer *answer = answer_new(false);
     summary_add_times(&summary, answer);
-    assert_true(answer_text(answer, out));
+    assert_true(answer_print_text(answer, out));
     answer_free(answer);
     fclose(out);
     assert_non_null(

@@ -322,7 +322,7 @@ TEST(a_port_that_comes_back_begins_anew)
     collector_receive_bytes(s.collector, (const uint8_t *)s.serial, torn, 1700000000000000u,
                             &s.error);
     counters.fault_count[LINK_AWAY] = counters.fault_count[LINK_BACK] = 1;
-    collector_account_link_faults(s.collector, LINK_SERIAL, &counters, &s.error);
+    collector_count_link_faults(s.collector, LINK_SERIAL, &counters, &s.error);
     collector_receive_bytes(s.collector, (const uint8_t *)s.serial + anew, s.serial_length - anew,
                             1700000000000000u, &s.error);
     collector_end_link(s.collector, LINK_SERIAL, &s.error);

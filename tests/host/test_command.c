@@ -140,14 +140,14 @@ TEST(options_stand_before_the_command)
     const char *const line[] = {"matrig", "--json", "--si", "log", "--quiet"};
     struct global_options before = {.help = false};
     error = (struct error){0};
-    assert_int_equal(command_begin(5, (char **)line, &before, &error), 3);
+    assert_int_equal(command_parse_global_options(5, (char **)line, &before, &error), 3);
     assert_true(before.cli.json && before.cli.si && !before.cli.quiet && !before.help);
     const char *const help[] = {"matrig", "-h", "--no-such-option"};
-    assert_int_equal(command_begin(3, (char **)help, &before, &error), 2);
+    assert_int_equal(command_parse_global_options(3, (char **)help, &before, &error), 2);
     assert_true(before.help && error.status == MR_OK);
     const char *const wrong[] = {"matrig", "--jsn", "log"};
     before.help = false;
-    command_begin(3, (char **)wrong, &before, &error);
+    command_parse_global_options(3, (char **)wrong, &before, &error);
     assert_string_equal(error.text,
                         "unknown option: '--jsn'; did you mean --json? see matrig --help");
 }

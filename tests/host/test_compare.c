@@ -158,7 +158,7 @@ TEST(differences_of_a_known_series)
                 f.channel[1].figures.rms > 0.01);
     struct answer *answer = answer_new(false);
     compare_to_answer(&f, &(struct compare_verdict){0}, answer);
-    json_t *json = answer_json(answer);
+    json_t *json = answer_make_json(answer);
     char *text = json_dumps(json, 0);
     assert_non_null(text);
     assert_null(strstr(text, "nan"));
@@ -166,7 +166,7 @@ TEST(differences_of_a_known_series)
     json_decref(json);
     size_t length;
     FILE *out = open_memstream(&text, &length);
-    assert_true(answer_text(answer, out));
+    assert_true(answer_print_text(answer, out));
     fclose(out);
     assert_non_null(strstr(text, "transducer 6: not compared: only 0 % of the readings are valid"));
     free(text);

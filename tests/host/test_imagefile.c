@@ -91,10 +91,10 @@ static void reads(const char *path)
         fail_msg("%s", error.text);
     assert_true(image.has_header);
     assert_int_equal(image.header.commit, 0xc7a3136a);
-    assert_int_equal(image.given_count, MR_IMAGE_HEAD_BYTES + PROGRAM_BYTES);
+    assert_int_equal(image.present_count, MR_IMAGE_HEAD_BYTES + PROGRAM_BYTES);
     assert_memory_equal(image.bytes, content, sizeof content);
     for (uint32_t i = 0; i < IMAGEFILE_BYTES; i++)
-        assert_int_equal(image.is_given[i],
+        assert_int_equal(image.is_present[i],
                          i < MR_IMAGE_HEAD_BYTES || (i >= PROGRAM && i < PROGRAM + PROGRAM_BYTES));
     imagefile_free(&image);
 }

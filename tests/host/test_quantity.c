@@ -209,7 +209,7 @@ TEST(what_is_listed_is_read)
 {
     const struct quantity_kind *kind;
     unsigned count = 0;
-    for (size_t i = 0; (kind = quantity_kind_at(i)); i++) {
+    for (size_t i = 0; (kind = quantity_kind_get(i)); i++) {
         char units[200], first[40] = "", *rest = units, *unit;
         snprintf(units, sizeof units, "%s", kind->units);
         while ((unit = strsep(&rest, ","))) {
@@ -220,17 +220,17 @@ TEST(what_is_listed_is_read)
                 fail_msg("%s: %s is not of the kind of %s", kind->name, unit, first);
             count++;
         }
-        assert_ptr_equal(quantity_kind_of(first), kind);
+        assert_ptr_equal(quantity_kind_find(first), kind);
     }
     assert_true(isnan(quantity_convert(1.0, "m/s", "ft/s2")));
     assert_true(count > 60);
-    assert_string_equal(quantity_unit_of_name("deceleration_ft_s2"), "ft/s2");
-    assert_string_equal(quantity_unit_of_name("joint_lb_in"), "lb/in");
-    assert_string_equal(quantity_unit_of_name("moment_ft_lb"), "ft lb");
-    assert_string_equal(quantity_unit_of_name("chain_dt_s"), "s");
-    assert_string_equal(quantity_unit_of_name("tire_psi"), "psi");
-    assert_string_equal(quantity_unit_of_name("cbr_percent"), "%");
-    assert_string_equal(quantity_unit_of_name("bearing_lb_in3"), "lb/in3");
-    assert_string_equal(quantity_unit_of_name("friction"), "");
-    assert_string_equal(quantity_unit_of_name("axles"), "");
+    assert_string_equal(quantity_unit_from_name("deceleration_ft_s2"), "ft/s2");
+    assert_string_equal(quantity_unit_from_name("joint_lb_in"), "lb/in");
+    assert_string_equal(quantity_unit_from_name("moment_ft_lb"), "ft lb");
+    assert_string_equal(quantity_unit_from_name("chain_dt_s"), "s");
+    assert_string_equal(quantity_unit_from_name("tire_psi"), "psi");
+    assert_string_equal(quantity_unit_from_name("cbr_percent"), "%");
+    assert_string_equal(quantity_unit_from_name("bearing_lb_in3"), "lb/in3");
+    assert_string_equal(quantity_unit_from_name("friction"), "");
+    assert_string_equal(quantity_unit_from_name("axles"), "");
 }

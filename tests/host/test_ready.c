@@ -11,7 +11,7 @@
 #include "host/store/store.h"
 #include "tests/cmocka_all.h"
 
-static struct ready_facts f;
+static struct ready_inputs f;
 static struct ready_report report;
 
 /* A rig with one transducer, two gages on a band of 100 lb, two switches of 64 and 120 codes, on
@@ -90,7 +90,7 @@ static const struct ready_check *check_named(const char *name)
 /* That check alone is no-go, with this in its words and something to do about it. */
 static void only_no_go(const char *name, const char *words)
 {
-    ready_judge(&f, &report);
+    ready_check_all(&f, &report);
     const struct ready_check *c = check_named(name);
     if (c->verdict != READY_NO_GO || !strstr(c->value, words) || !c->advice[0])
         fail_msg("%s: %s: %s -> %s", name, ready_verdict_text(c->verdict), c->value, c->advice);
@@ -101,7 +101,7 @@ static void only_no_go(const char *name, const char *words)
 
 static void no_go_advises(const char *name, const char *words)
 {
-    ready_judge(&f, &report);
+    ready_check_all(&f, &report);
     const struct ready_check *c = check_named(name);
     if (c->verdict != READY_NO_GO || !strstr(c->advice, words))
         fail_msg("%s: %s -> %s", name, ready_verdict_text(c->verdict), c->advice);
@@ -110,7 +110,7 @@ static void no_go_advises(const char *name, const char *words)
 
 TEST_IN(what_is_well_is_go, all_well, NULL)
 {
-    ready_judge(&f, &report);
+    ready_check_all(&f, &report);
     for (unsigned i = 0; i < report.count; i++) {
         if (report.check[i].verdict != READY_GO)
             fail_msg("%s: %s", report.check[i].name, report.check[i].value);
@@ -131,7 +131,7 @@ TEST_IN(a_configuration_is_compared_but_for_its_revision, all_well, NULL)
     f.config_crc = mr_config_encode(&f.config, image);
     f.has_expected_crc = true;
     f.expected_config = &given;
-    ready_judge(&f, &report);
+    ready_check_all(&f, &report);
     assert_int_equal(check_named("configuration")->verdict, READY_GO);
     given.gate[1].step_codes = 121;
     only_no_go("configuration", "revision 7");
@@ -206,7 +206,7 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
     f.temperature.temperature_c = NAN;
     only_no_go("thermometer", "no reading");
     f.fault[MR_FAULT_BLOCK_LATE].count = 9;
-    f.fault_rise[MR_FAULT_BLOCK_LATE] = 2;
+    f.fault_increase[MR_FAULT_BLOCK_LATE] = 2;
     only_no_go("faults", mr_fault_text(MR_FAULT_BLOCK_LATE));
     f.alarm.state = MR_CAN_UNPLUGGED;
     only_no_go("CAN", mr_can_state_text(MR_CAN_UNPLUGGED));
@@ -235,12 +235,12 @@ TEST_IN(what_was_not_done_is_no_reason, all_well, NULL)
 {
     f.has_previous_landing = f.is_can_used = false;
     f.alarm.state = MR_CAN_UNPLUGGED; /* nobody wants CAN */
-    f.time_fit.refusal = TIMEMAP_OTHER_RATE;
+    f.time_fit.refusal = TIMEMAP_WRONG_RATE;
     f.config.channel[0].calibrated_day = 0;
     f.fault[MR_FAULT_WATCHDOG_RESET].count = 1; /* of some time before */
     /* less than 1 % and three errors from 40.1: 0.401 + 0.15 */
     f.shunts.result[0].span_lb = 40.5f;
-    ready_judge(&f, &report);
+    ready_check_all(&f, &report);
     assert_int_equal(ready_verdict(&report), READY_GO);
     assert_int_equal(ready_count_checks(&report, READY_NOT_DONE), 5);
     assert_int_equal(check_named("CAN")->verdict, READY_NOT_DONE);
@@ -277,7 +277,7 @@ TEST_IN(mean_and_noise, all_well, NULL)
 
 /* ---- the walk ---- */
 
-static struct walk walk;
+static struct walk_test walk;
 
 static void walked(unsigned fitted, const char *answers)
 {
@@ -290,7 +290,7 @@ static void walked(unsigned fitted, const char *answers)
         walk_add_edge(&walk,
                       &(struct mr_edge){.position = (uint8_t)(*p - 'a' + 1), .step_codes = 70.0f});
     memset(&report, 0, sizeof report);
-    walk_judge(&walk, &report);
+    walk_check_responses(&walk, &report);
 }
 
 TEST_IN(an_order_is_compared_with_what_is_fitted, all_well, NULL)
@@ -386,12 +386,12 @@ TEST_IN(numbers_are_for_people, all_well, NULL)
     size_t length;
     f.channel[0].mean = -0.00004f;
     f.channel[22].mean = 61.99f;
-    ready_judge(&f, &report);
+    ready_check_all(&f, &report);
     assert_non_null(strstr(check_named("transducer 1")->value, "+0.0000 in from its zero"));
     assert_non_null(strstr(check_named("switches")->value, "staircase 0.0 codes"));
     f.si = true;
     f.channel[0].mean = 0.1f;
-    ready_judge(&f, &report); /* 101 lb are 449.27 N, 0.1 in 2.54 mm */
+    ready_check_all(&f, &report); /* 101 lb are 449.27 N, 0.1 in 2.54 mm */
     assert_non_null(strstr(check_named("transducer 1")->value, "+2.540 mm from its zero"));
     assert_non_null(strstr(check_named("gage 1")->value, "449.3 N"));
     assert_string_equal(check_named("gage 1")->limit, "445 +- 111 N, 3 codes");

@@ -123,7 +123,7 @@ static void has_json(const struct record_row *row, const char *result, int zone_
 {
     struct answer *answer = answer_new(false);
     record_add_outcome(row, answer);
-    json_t *all = answer_into_json(answer), *outcome = json_object_get(all, "outcome");
+    json_t *all = answer_make_json_and_free(answer), *outcome = json_object_get(all, "outcome");
     const json_t *lead = json_object_get(outcome, "lead_s"),
                  *reached = json_object_get(outcome, "zone_reached");
     char evidence[RECORD_TEXT_SIZE];

@@ -141,13 +141,13 @@ TEST(what_is_no_map_is_refused)
 {
     assert_int_equal(refused_of(1.0, exponential, 11, EPOCH_US, 0).refusal, TIMEMAP_TOO_FEW_PAIRS);
     assert_int_equal(refused_of(1.0, exponential, 12, EPOCH_US, 0).refusal, TIMEMAP_OK);
-    assert_int_equal(refused_of(1.0, exponential, 60, 0, 0).refusal, TIMEMAP_NO_DATE);
+    assert_int_equal(refused_of(1.0, exponential, 60, 0, 0).refusal, TIMEMAP_UNDATED);
     /* emulated: four board seconds in one */
     struct timemap_fit fast = refused_of(0.25, exponential, 60, EPOCH_US, 0);
-    assert_int_equal(fast.refusal, TIMEMAP_OTHER_RATE);
+    assert_int_equal(fast.refusal, TIMEMAP_WRONG_RATE);
     assert_near(fast.rate_ppm.value, 3e6, 1e3);
     /* no crystal is that bad */
-    assert_int_equal(refused_of(1.002, exponential, 60, EPOCH_US, 0).refusal, TIMEMAP_OTHER_RATE);
+    assert_int_equal(refused_of(1.002, exponential, 60, EPOCH_US, 0).refusal, TIMEMAP_WRONG_RATE);
     /* the clock was set in the middle, as it was in a recording that came out 556 ppm slow */
     static const int64_t steps_us[] = {20000, -20000, 8000, -8000};
     for (unsigned i = 0; i < 40; i++)

@@ -111,7 +111,7 @@ static void print_outcome(const struct played *p)
     printf(", %.2g bits", bits);
 }
 
-static void print_fact(const struct played *p, size_t i)
+static void print_value(const struct played *p, size_t i)
 {
     const struct facts *facts = &p->facts;
     struct series_fact_summary fact = facts_summarise(&p->series, &facts->fact[i], p->runs);
@@ -136,9 +136,9 @@ static void print_rows(const struct played *weightless, const struct played *ela
         char range[64];
         facts_range_text(&weightless->facts.fact[i], range, sizeof range);
         printf("| - | %s: %s | ", weightless->facts.fact[i].says, range);
-        print_fact(weightless, i);
+        print_value(weightless, i);
         printf(" | ");
-        print_fact(elastic, i);
+        print_value(elastic, i);
         puts(" |");
     }
 }

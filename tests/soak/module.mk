@@ -1,5 +1,5 @@
 # Hours of virtual time. The host's accounting alone: matrig's libraries and Unicorn do not go into one program.
-$(B)/tests/soak/soak: $(B)/tests/soak/soak.o $(B)/host/host/collect/account.o $(B)/host/host/collect/timebase.o $(hil_lib) $(common_lib)
+$(B)/tests/soak/soak: $(B)/tests/soak/soak.o $(B)/host/host/collect/loss_tracker.o $(B)/host/host/collect/timebase.o $(hil_lib) $(common_lib)
 	$(call link,$(HIL_LIBS))
 test-programs: $(B)/tests/soak/soak
 

@@ -1,9 +1,9 @@
 /* Soak: hours of virtual time on the emulated board, landing after landing, with random faults of
  * links, supply, clock, channels, switches and memory. What left the board is counted on its pins;
- * what the host received and declares lost by its own accounting (host/collect/account.h) must add
- * up to it, message by message.
+ * what the host received and declares lost by its own accounting (host/collect/loss_tracker.h) must
+ * add up to it, message by message.
  *
- *     soak HOURS SEED DIRECTORY
+ * soak HOURS SEED DIRECTORY
  *
  * An episode is half a minute to ten minutes from power on, with at most one landing; flash and
  * black box go on into the next. Its fault file stays in DIRECTORY when something is wrong with it.
@@ -18,7 +18,7 @@
 #include "common/framing.h"
 #include "hil/board/board.h"
 #include "hil/rig/faults.h"
-#include "host/collect/account.h"
+#include "host/collect/loss_tracker.h"
 #include "host/collect/timebase.h"
 
 #define ELF         "build/firmware/matrig.elf"
@@ -56,7 +56,7 @@ struct totals {
 struct soak {
     uint64_t random;
     struct hil_board *board;
-    struct account account[LINKS];
+    struct loss_tracker loss_tracker[LINKS];
     struct timebase time[LINKS];
     struct wire wire[LINKS];
     struct mr_deframer wire_deframer, deframer;
@@ -86,7 +86,7 @@ static double between(struct soak *soak, double least, double most)
 static void settle(struct soak *soak, unsigned link)
 {
     struct wire *wire = &soak->wire[link];
-    struct account *account = &soak->account[link];
+    struct loss_tracker *loss_tracker = &soak->loss_tracker[link];
     struct totals *total = &soak->total[link];
     unsigned behind = wire->boot - wire->heard_boot;
     const struct pin *pin = &wire->pin[behind ? 1 : 0];
@@ -101,8 +101,9 @@ static void settle(struct soak *soak, unsigned link)
                 found = true;
             }
         }
-        int64_t received = account->received_at_board_count[place];
-        int64_t missing = account->missing_count[place], repeated = account->repeated_count[place];
+        int64_t received = loss_tracker->received_at_board_count[place];
+        int64_t missing = loss_tracker->missing_count[place],
+                repeated = loss_tracker->repeated_count[place];
         total->left[place] += left;
         total->received[place] += (uint64_t)received;
         total->missing[place] += (uint64_t)missing;
@@ -117,14 +118,14 @@ static void settle(struct soak *soak, unsigned link)
             soak->wrong++;
         }
     }
-    memset(account->missing_count, 0, sizeof account->missing_count);
-    memset(account->repeated_count, 0, sizeof account->repeated_count);
+    memset(loss_tracker->missing_count, 0, sizeof loss_tracker->missing_count);
+    memset(loss_tracker->repeated_count, 0, sizeof loss_tracker->repeated_count);
 }
 
 static void begin_boot(struct soak *soak, unsigned link, bool whole)
 {
     settle(soak, link);
-    account_restart(&soak->account[link], whole);
+    loss_tracker_restart(&soak->loss_tracker[link], whole);
     soak->time[link] = (struct timebase){0};
     memset(soak->wire[link].told, 0, sizeof soak->wire[link].told);
     soak->wire[link].whole = whole;
@@ -194,18 +195,18 @@ static void serial_left(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n
 static void understand(struct soak *soak, unsigned link, uint16_t id, const uint8_t *payload,
                        size_t length)
 {
-    struct account *account = &soak->account[link];
+    struct loss_tracker *loss_tracker = &soak->loss_tracker[link];
     struct mr_can_health health;
     struct mr_message_count count;
     struct mr_ack ack;
     struct mr_box_record record;
-    account_add_message(account, mr_message_index(id));
+    loss_tracker_add_message(loss_tracker, mr_message_index(id));
     if (id == MR_ID_CAN_HEALTH && link == LINK_CAN &&
         mr_can_health_get(&health, payload, length) == MR_OK)
-        account_apply_can_health(account, &health, -1);
+        loss_tracker_apply_can_health(loss_tracker, &health, -1);
     if (id == MR_ID_MESSAGE_COUNT && mr_message_count_get(&count, payload, length) == MR_OK) {
         unsigned place = mr_message_index(count.id);
-        if (account_apply_message_count(account, &count) && place < PLACES) {
+        if (loss_tracker_apply_message_count(loss_tracker, &count) && place < PLACES) {
             soak->wire[link].told[place] = true;
             soak->wire[link].count[place] = count.count;
         }
@@ -219,7 +220,7 @@ static void understand(struct soak *soak, unsigned link, uint16_t id, const uint
         soak->free_record[soak->free_records++] = record.record;
     soak->touchdowns += link == LINK_SERIAL && id == MR_ID_TOUCHDOWN;
     soak->messages_after_faults[link]++;
-    account->gap_count = 0;
+    loss_tracker->gap_count = 0;
 }
 
 static void can_came(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame)
@@ -234,13 +235,13 @@ static void can_came(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame
         begin_boot(soak, LINK_CAN, false);
         timebase_apply_clock(&soak->time[LINK_CAN], clock.block, clock.tick);
     }
-    account_add_can_frame(&soak->account[LINK_CAN]);
+    loss_tracker_add_can_frame(&soak->loss_tracker[LINK_CAN]);
     understand(soak, LINK_CAN, (uint16_t)frame->id, frame->data, frame->length);
 }
 
 static void serial_frame_came(struct soak *soak, const struct mr_frame *frame)
 {
-    struct account *account = &soak->account[LINK_SERIAL];
+    struct loss_tracker *loss_tracker = &soak->loss_tracker[LINK_SERIAL];
     struct mr_clock clock;
     struct mr_block block;
     bool again = false, timed = false;
@@ -256,12 +257,12 @@ static void serial_frame_came(struct soak *soak, const struct mr_frame *frame)
     }
     if (again)
         begin_boot(soak, LINK_SERIAL, false);
-    else if (frame->type == MR_ID_HELLO && frame->seq == 0 && account->seq_known &&
-             account->next_seq != 0)
+    else if (frame->type == MR_ID_HELLO && frame->seq == 0 && loss_tracker->seq_known &&
+             loss_tracker->next_seq != 0)
         begin_boot(soak, LINK_SERIAL, true);
-    account_add_serial_frame(account, frame->seq, -1);
+    loss_tracker_add_serial_frame(loss_tracker, frame->seq, -1);
     if (timed)
-        account_confirm_board_time(account);
+        loss_tracker_confirm_board_time(loss_tracker);
     understand(soak, LINK_SERIAL, frame->type, frame->payload, frame->length);
 }
 
@@ -430,8 +431,8 @@ static double play(struct soak *soak, unsigned episode, const char *directory)
     for (unsigned link = 0; link < LINKS; link++) {
         memset(&soak->wire[link], 0, sizeof soak->wire[link]);
         soak->wire[link].whole = true;
-        account_start(&soak->account[link], (enum link_kind)link);
-        soak->account[link].logged_since_start = true;
+        loss_tracker_start(&soak->loss_tracker[link], (enum link_kind)link);
+        soak->loss_tracker[link].logged_since_start = true;
         soak->time[link] = (struct timebase){0};
     }
     uint64_t end_ps = (uint64_t)(length_s * 1e12), slice_ps = HIL_SECOND_PS;

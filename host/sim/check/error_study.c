@@ -99,9 +99,9 @@ static enum mr_status run_one_pass(struct pass_outcome *outcome, const struct si
     *outcome = (struct pass_outcome){0};
     if (model_make(&model, scene, false, error) != MR_OK)
         return error->status;
-    double begin_ms = processor_ms();
+    double begin_ms = processor_time_ms();
     pass_run(outcome, &model, request, &options);
-    outcome->ms = processor_ms() - begin_ms;
+    outcome->ms = processor_time_ms() - begin_ms;
     model_free(&model);
     return error->status;
 }
@@ -346,12 +346,12 @@ static double run_chain_pass(struct error_run *run, const struct sim_scene *scen
 {
     struct sim_result result;
     size_t row = (size_t)scene->mats + 1;
-    double begin_ms = processor_ms();
+    double begin_ms = processor_time_ms();
     enum mr_status status = sim_run(scene, options, &result, error);
     run->solver = options->solver;
     run->rtol = options->rtol;
     run->dt_s = options->dt_s;
-    run->ms = processor_ms() - begin_ms;
+    run->ms = processor_time_ms() - begin_ms;
     run->steps = result.steps;
     run->evaluations = result.evaluations;
     run->status = result.status;

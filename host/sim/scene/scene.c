@@ -373,7 +373,7 @@ void sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows
 static bool read_quantity(const struct sim_key *key, const json_t *value, double *number,
                           struct quantity_error *wrong)
 {
-    return quantity_read_json(value, quantity_kind_of(key->unit) ? key->unit : "", number, wrong);
+    return quantity_read_json(value, quantity_kind_find(key->unit) ? key->unit : "", number, wrong);
 }
 
 static const char *type_name(const json_t *value)
@@ -406,7 +406,7 @@ static enum mr_status refuse_number(const char *path, const struct sim_key *key,
     char place[60] = "";
     if (at >= 0)
         snprintf(place, sizeof place, "[%d]", at);
-    if (json_is_string(value) && quantity_kind_of(key->unit))
+    if (json_is_string(value) && quantity_kind_find(key->unit))
         return error_set(error, MR_MALFORMED, "%s: %s: %s%s is \"%s\"; %s", wrong->what, path,
                          key->name, place, json_string_value(value), wrong->advice);
     return error_set(error, MR_MALFORMED, "wrong type: %s: %s%s is %s; give a number%s%s", path,
@@ -655,7 +655,7 @@ static enum mr_status read_scene(struct sim_scene *scene, const char *path, json
                                  const json_error_t *where, struct error *error)
 {
     if (!root) {
-        if (output_check_kind(path, "scene", error) != MR_OK)
+        if (output_check_file_format(path, "scene", error) != MR_OK)
             return error->status;
         bool cut = json_error_code(where) == json_error_premature_end_of_input;
         return error_set(error, cut ? MR_TRUNCATED : MR_MALFORMED,

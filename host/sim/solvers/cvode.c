@@ -201,7 +201,7 @@ static void make(struct stepper *s, double *more)
     w->dr_dp = w->mass + MODEL_ROW_LENGTH * size;
     w->dr_dv = w->dr_dp + MODEL_ROW_LENGTH * size;
     if (!create_sundials_objects(s))
-        xmalloc_failed(size * sizeof *more);
+        xmalloc_exit_out_of_memory(size * sizeof *more);
 }
 
 static void restart(struct stepper *s)

@@ -15,51 +15,52 @@
  * again */
 #define SETTLE_TIME_S    3.0
 #define LIVE_DURATION_S  20
-#define PAST_FAULTS_MS   1500u /* board time within which the board sends each past fault once */
+#define STORED_FAULTS_PERIOD_MS \
+    1500u /* board time within which the board sends each past fault once */
 #define EMULATED_CLOCK_ERROR_MIN_PPM \
     700.0 /* a larger clock error means that the board is emulated or recorded */
 
 /* A count that the board reports repeatedly, and its increase since the first report. */
-struct counter_rise {
+struct counter_increase {
     bool is_known;
     uint16_t first;
 };
 
-struct facts_query {
+struct input_query {
     struct dialogue *dialogue;
-    struct ready_facts *facts; /* facts that the queries fill in */
+    struct ready_inputs *facts; /* facts that the queries fill in */
     struct error *error;
     double deadline_s; /* time at which the whole check must end, by the dialogue's clock */
 
     struct config_client config;
     struct mr_block block[READY_BLOCKS_MAX];
-    struct counter_rise lost_rise, can_dropped_rise, serial_dropped_rise,
-        fault_rise[MR_FAULT_COUNT];
-    bool seq_known, can_count_begun, clock_known;
+    struct counter_increase lost_increase, can_dropped_increase, serial_dropped_increase,
+        fault_increase[MR_FAULT_COUNT];
+    bool seq_known, is_can_count_started, clock_known;
     uint16_t last_seq;
     uint32_t can_sent_before, first_clock, newest_clock;
     int64_t can_received_count;
     struct timemap time_map;
 };
 
-static uint16_t update_rise(struct counter_rise *rise, uint16_t now)
+static uint16_t update_increase(struct counter_increase *rise, uint16_t now)
 {
     if (!rise->is_known)
-        *rise = (struct counter_rise){true, now};
+        *rise = (struct counter_increase){true, now};
     return (uint16_t)(now - rise->first);
 }
 
-static void handle_fault(struct facts_query *a, const struct mr_fault *fault)
+static void handle_fault(struct input_query *a, const struct mr_fault *fault)
 {
-    struct counter_rise *count = &a->fault_rise[fault->code];
-    bool early = !a->clock_known || a->newest_clock - a->first_clock < PAST_FAULTS_MS;
+    struct counter_increase *count = &a->fault_increase[fault->code];
+    bool early = !a->clock_known || a->newest_clock - a->first_clock < STORED_FAULTS_PERIOD_MS;
     if (!count->is_known && !early)
-        *count = (struct counter_rise){.is_known = true};
+        *count = (struct counter_increase){.is_known = true};
     a->facts->fault[fault->code] = *fault;
-    a->facts->fault_rise[fault->code] = update_rise(count, fault->count);
+    a->facts->fault_increase[fault->code] = update_increase(count, fault->count);
 }
 
-static void handle_clock(struct facts_query *a, const struct mr_clock *clock, uint64_t host_us)
+static void handle_clock(struct input_query *a, const struct mr_clock *clock, uint64_t host_us)
 {
     if (!a->clock_known)
         a->first_clock = clock->block;
@@ -71,9 +72,9 @@ static void handle_clock(struct facts_query *a, const struct mr_clock *clock, ui
 
 #define DECODE_MESSAGE(name, into) (mr_##name##_get(&(into), bytes, length) == MR_OK)
 
-static void handle_serial_message(struct facts_query *a, const struct dialogue_message *message)
+static void handle_serial_message(struct input_query *a, const struct dialogue_message *message)
 {
-    struct ready_facts *f = a->facts;
+    struct ready_inputs *f = a->facts;
     const uint8_t *bytes = message->payload;
     size_t length = message->length;
     union {
@@ -108,15 +109,15 @@ static void handle_serial_message(struct facts_query *a, const struct dialogue_m
         break;
     case MR_ID_HEALTH:
         if (DECODE_MESSAGE(health, m.health))
-            f->lost_block_count = update_rise(&a->lost_rise, m.health.blocks_lost);
+            f->lost_block_count = update_increase(&a->lost_increase, m.health.blocks_lost);
         break;
     case MR_ID_CAN_HEALTH:
         if (DECODE_MESSAGE(can_health, m.can))
-            f->can_dropped = update_rise(&a->can_dropped_rise, m.can.dropped);
+            f->can_dropped = update_increase(&a->can_dropped_increase, m.can.dropped);
         break;
     case MR_ID_SERIAL_HEALTH:
         if (DECODE_MESSAGE(serial_health, m.serial))
-            f->serial_dropped = update_rise(&a->serial_dropped_rise, m.serial.dropped);
+            f->serial_dropped = update_increase(&a->serial_dropped_increase, m.serial.dropped);
         break;
     case MR_ID_FAULT:
         if (DECODE_MESSAGE(fault, m.fault) && m.fault.code < MR_FAULT_COUNT)
@@ -141,18 +142,18 @@ static void handle_serial_message(struct facts_query *a, const struct dialogue_m
 
 /* Compares the number of frames received on CAN with the number that the board reports. Ignores
  * frames of other nodes. */
-static void handle_can_message(struct facts_query *a, const struct dialogue_message *message)
+static void handle_can_message(struct input_query *a, const struct dialogue_message *message)
 {
     struct mr_can_health health;
-    struct ready_facts *f = a->facts;
+    struct ready_inputs *f = a->facts;
     if (!mr_message_find((uint16_t)message->id))
         return;
     identity_receive(&f->board_on_can, message->id, message->payload, message->length);
     if (message->id == MR_ID_CAN_HEALTH &&
         mr_can_health_get(&health, message->payload, message->length) == MR_OK) {
         int64_t lost = (int64_t)(health.sent - a->can_sent_before) - a->can_received_count;
-        if (!a->can_count_begun) {
-            a->can_count_begun = true;
+        if (!a->is_can_count_started) {
+            a->is_can_count_started = true;
             a->can_sent_before = health.sent;
             a->can_received_count = 0;
         } else {
@@ -172,7 +173,7 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
 }
 
 /* Waits, but not beyond the deadline of the whole check. Facts that did not arrive stay unknown. */
-static void wait_for(struct facts_query *a, dialogue_condition *done, const void *context,
+static void wait_for(struct input_query *a, dialogue_condition *done, const void *context,
                      double most_s)
 {
     if (a->error->status == MR_OK)
@@ -182,7 +183,7 @@ static void wait_for(struct facts_query *a, dialogue_condition *done, const void
 }
 
 /* Sends a command and returns the status of the board's answer; MR_TIMEOUT: no answer. */
-static enum mr_status send_command(struct facts_query *a, uint8_t code, int32_t argument,
+static enum mr_status send_command(struct input_query *a, uint8_t code, int32_t argument,
                                    double most_s)
 {
     struct mr_ack ack;
@@ -197,25 +198,25 @@ static enum mr_status send_command(struct facts_query *a, uint8_t code, int32_t 
 
 static bool has_enough_blocks(const void *facts)
 {
-    return ((const struct ready_facts *)facts)->block_count >= READY_BLOCKS_WANTED;
+    return ((const struct ready_inputs *)facts)->block_count >= READY_BLOCKS_REQUESTED;
 }
 
 static bool is_box_searched(const void *facts)
 {
-    return ((const struct ready_facts *)facts)->box_state.state != MR_BOX_LOOKING;
+    return ((const struct ready_inputs *)facts)->box_state.state != MR_BOX_LOOKING;
 }
 
 /* True after SETTLE_TIME_S of board time. An emulated board's time may run faster than this
  * computer's clock. */
 static bool has_settle_time_passed(const void *context)
 {
-    const struct facts_query *a = context;
+    const struct input_query *a = context;
     return a->newest_clock - a->first_clock >= (uint32_t)(1000.0 * SETTLE_TIME_S);
 }
 
-static void request_facts(struct facts_query *a)
+static void query_inputs(struct input_query *a)
 {
-    struct ready_facts *f = a->facts;
+    struct ready_inputs *f = a->facts;
     double begun_s = dialogue_now_s(a->dialogue);
     /* the board answers with its whole configuration, including the zeros */
     (void)send_command(a, MR_COMMAND_STATE, 0, ANSWER_TIMEOUT_S);
@@ -241,12 +242,12 @@ static void request_facts(struct facts_query *a)
     timemap_fit(&a->time_map, EMULATED_CLOCK_ERROR_MIN_PPM, &f->time_fit);
 }
 
-enum mr_status ready_request_facts(struct dialogue *dialogue, double limit_s,
-                                   struct ready_facts *facts, struct error *error)
+enum mr_status ready_query_inputs(struct dialogue *dialogue, double limit_s,
+                                  struct ready_inputs *facts, struct error *error)
 {
-    static struct facts_query asking;
-    struct facts_query *a = &asking;
-    *a = (struct facts_query){.dialogue = dialogue,
+    static struct input_query asking;
+    struct input_query *a = &asking;
+    *a = (struct input_query){.dialogue = dialogue,
                               .facts = facts,
                               .error = error,
                               .deadline_s = dialogue_now_s(dialogue) + limit_s};
@@ -257,7 +258,7 @@ enum mr_status ready_request_facts(struct dialogue *dialogue, double limit_s,
                                                         &facts->config_crc, error);
     if (status == MR_OK) {
         wait_for(a, dialogue_is_flag_set, &dialogue->identity.key_known, ANSWER_TIMEOUT_S);
-        request_facts(a);
+        query_inputs(a);
     }
     facts->config_state = a->config.state;
     facts->identity = dialogue->identity;

@@ -7,9 +7,9 @@
 #include "host/store/store.h"
 
 /* Bit in `links` of a row that came from the black box; 1 and 2 are CAN and serial. */
-#define BOXFILL_LINK_BIT 4
+#define BACKFILL_LINK_BIT 4
 
-struct boxfill {
+struct backfill {
     int64_t run;
     bool is_new_landing; /* no landing in the database matched, so a new one was added */
     int64_t block_count; /* number of blocks in the record */
@@ -25,9 +25,9 @@ struct boxfill {
  * detail: blocks filled, value: blocks absent). Configuration, calibration, results, bands, quality
  * and events are stored as a log stores them. MR_MALFORMED: the start page of the record is missing
  * or has another layout. */
-enum mr_status boxfill_store_record(struct store *store, const char *link, int64_t run,
-                                    const uint8_t (*pages)[MR_BOXPAGE_BYTES],
-                                    const uint8_t *present, size_t count, struct boxfill *result,
-                                    struct error *error);
+enum mr_status backfill_store_record(struct store *store, const char *link, int64_t run,
+                                     const uint8_t (*pages)[MR_BOXPAGE_BYTES],
+                                     const uint8_t *present, size_t count, struct backfill *result,
+                                     struct error *error);
 
 #endif

@@ -30,14 +30,14 @@
 #include "host/link/link.h"
 #include "host/store/store.h"
 
-#define ACCOUNT_GAPS_MAX    32u
+#define LOSS_TRACKER_GAPS_MAX    32u
 /* number of causes: one for the kernel's queue, four for the queue to the campaign */
-#define ACCOUNT_QUEUE_COUNT 5u
+#define LOSS_TRACKER_QUEUE_COUNT 5u
 
-struct account {
+struct loss_tracker {
     enum link_kind kind;
     struct store_link_counts counts;
-    struct store_gap gap[ACCOUNT_GAPS_MAX];
+    struct store_gap gap[LOSS_TRACKER_GAPS_MAX];
     size_t gap_count; /* number of gaps found that the caller has not stored yet */
 
     bool seq_known;
@@ -52,9 +52,9 @@ struct account {
     int64_t received_since_health;
     /* An implausible can_health, which is accepted if a second one continues from it, and the
      * number of frames received from it on, including it. */
-    bool doubted_count_known;
-    uint32_t doubted_sent_count;
-    int64_t doubted_count_block, received_since_doubt;
+    bool unconfirmed_count_known;
+    uint32_t unconfirmed_sent_count;
+    int64_t unconfirmed_count_block, received_since_unconfirmed;
     /* CAN frames that the board sent before logging began; -1: not known yet */
     int64_t frames_before_log;
     struct store_gap suspected_gap[MR_SERIES_PACK_COUNT];
@@ -82,7 +82,7 @@ struct account {
     int64_t repeated_count[MR_MESSAGE_COUNT];
 
     /* number of frames that queues of this computer lost since the last can_health, by cause */
-    int64_t queue_lost_frames[ACCOUNT_QUEUE_COUNT];
+    int64_t queue_lost_frames[LOSS_TRACKER_QUEUE_COUNT];
     /* for serial: number of bytes received, and of bytes that the full queue lost since the last
      * frame */
     int64_t received_bytes, lost_bytes;
@@ -97,46 +97,51 @@ struct account {
     bool is_time_unconfirmed; /* frames were lost, so the board may have restarted */
 };
 
-void account_start(struct account *account, enum link_kind kind);
+void loss_tracker_start(struct loss_tracker *loss_tracker, enum link_kind kind);
 /* Resets the counters after a restart of the board. `whole`: logging continued during the restart,
  * so no frame of this start is missed. */
-void account_restart(struct account *account, bool whole);
-/* Call after account_restart if the first serial frames of this start may be lost. Frames missing
- * from number 0 on then count as lost. */
-void account_expect_first_frame(struct account *account);
+void loss_tracker_restart(struct loss_tracker *loss_tracker, bool whole);
+/* Call after loss_tracker_restart if the first serial frames of this start may be lost. Frames
+ * missing from number 0 on then count as lost. */
+void loss_tracker_expect_first_frame(struct loss_tracker *loss_tracker);
 /* Call when a landing begins or ends on this link: block numbers before and after this moment are
  * not compared. */
-void account_reset_series_steps(struct account *account);
+void loss_tracker_reset_series_steps(struct loss_tracker *loss_tracker);
 
-/* account_add_message adds a received message, already counted as a frame;
- * account_apply_message_count applies the board's count of one message. The latter returns false if
- * it ignored the count, because the board may have restarted without notice: the count decreased,
- * or frames were lost before it and no board time has arrived since. Nothing is lost by that,
- * because the next count includes the ignored one. */
-void account_add_message(struct account *account, unsigned place); /* enum mr_message_index */
-bool account_apply_message_count(struct account *account, const struct mr_message_count *count);
+/* loss_tracker_add_message adds a received message, already counted as a frame;
+ * loss_tracker_apply_message_count applies the board's count of one message. The latter returns
+ * false if it ignored the count, because the board may have restarted without notice: the count
+ * decreased, or frames were lost before it and no board time has arrived since. Nothing is lost by
+ * that, because the next count includes the ignored one. */
+void loss_tracker_add_message(struct loss_tracker *loss_tracker,
+                              unsigned place); /* enum mr_message_index */
+bool loss_tracker_apply_message_count(struct loss_tracker *loss_tracker,
+                                      const struct mr_message_count *count);
 /* Call when a board time has arrived that continues the earlier times, which shows that the board
  * has not restarted. */
-void account_confirm_board_time(struct account *account);
+void loss_tracker_confirm_board_time(struct loss_tracker *loss_tracker);
 
 /* Adds a received frame. `block`: newest block known on the link, including that of this frame; -1:
  * none. Call it before the functions for the content of the frame. */
-void account_add_serial_frame(struct account *account, uint16_t seq, int64_t block);
-void account_add_can_frame(struct account *account);
+void loss_tracker_add_serial_frame(struct loss_tracker *loss_tracker, uint16_t seq, int64_t block);
+void loss_tracker_add_can_frame(struct loss_tracker *loss_tracker);
 /* Applies the content of the frame that was just added: a can_health on CAN; the count of dropped
- * frames of a serial_health; during a landing, a message of a series (account_add_series_message)
- * or a block record (account_add_block). */
-void account_apply_can_health(struct account *account, const struct mr_can_health *health,
-                              int64_t block);
-void account_apply_dropped_count(struct account *account, uint16_t dropped, int64_t block);
+ * frames of a serial_health; during a landing, a message of a series
+ * (loss_tracker_add_series_message) or a block record (loss_tracker_add_block). */
+void loss_tracker_apply_can_health(struct loss_tracker *loss_tracker,
+                                   const struct mr_can_health *health, int64_t block);
+void loss_tracker_apply_dropped_count(struct loss_tracker *loss_tracker, uint16_t dropped,
+                                      int64_t block);
 /* `pack`: an enum mr_series_pack_number. */
-void account_add_series_message(struct account *account, unsigned pack, int64_t block);
-void account_add_block(struct account *account, uint32_t index);
+void loss_tracker_add_series_message(struct loss_tracker *loss_tracker, unsigned pack,
+                                     int64_t block);
+void loss_tracker_add_block(struct loss_tracker *loss_tracker, uint32_t index);
 
 /* Counts an error that the link reported `count` times. */
-void account_add_link_fault(struct account *account, enum link_fault fault, int64_t count);
+void loss_tracker_add_link_fault(struct loss_tracker *loss_tracker, enum link_fault fault,
+                                 int64_t count);
 
 /* Counts suspected losses as losses, when the link has ended or become silent. */
-void account_end(struct account *account);
+void loss_tracker_end(struct loss_tracker *loss_tracker);
 
 #endif

@@ -1,4 +1,4 @@
-#include "host/collect/boxfill.h"
+#include "host/collect/backfill.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -14,12 +14,12 @@
 
 /* the black box counts as a third kind of link, besides CAN and serial */
 #define BLACK_BOX_LINK ((enum link_kind)STORE_LINK_BLACK_BOX)
-_Static_assert(1 << STORE_LINK_BLACK_BOX == BOXFILL_LINK_BIT, "as its rows are marked");
+_Static_assert(1 << STORE_LINK_BLACK_BOX == BACKFILL_LINK_BIT, "as its rows are marked");
 
 /* A collector for one landing, which receives the messages of the record. */
 struct box_collector {
     struct collector collector;
-    struct link_side side;
+    struct link_state side;
     struct landing_slot slot;
 };
 
@@ -111,7 +111,7 @@ static enum mr_status handle_message(struct box_collector *m, const struct mr_re
 }
 
 static enum mr_status fill_block(struct store *store, int64_t session, const struct mr_block *block,
-                                 struct boxfill *result, struct error *error)
+                                 struct backfill *result, struct error *error)
 {
     uint8_t bytes[MR_BLOCK_BYTES_MAX];
     int64_t known = -1;
@@ -137,7 +137,7 @@ static enum mr_status count_edges(struct store *store, int64_t run, int64_t *edg
 }
 
 static enum mr_status fill_landing(struct store *store, int64_t session,
-                                   struct mr_box_reader *reader, struct boxfill *result,
+                                   struct mr_box_reader *reader, struct backfill *result,
                                    struct error *error)
 {
     struct mr_record record;
@@ -168,10 +168,10 @@ static enum mr_status fill_landing(struct store *store, int64_t session,
     return status;
 }
 
-enum mr_status boxfill_store_record(struct store *store, const char *link, int64_t run,
-                                    const uint8_t (*pages)[MR_BOXPAGE_BYTES],
-                                    const uint8_t *present, size_t count, struct boxfill *result,
-                                    struct error *error)
+enum mr_status backfill_store_record(struct store *store, const char *link, int64_t run,
+                                     const uint8_t (*pages)[MR_BOXPAGE_BYTES],
+                                     const uint8_t *present, size_t count, struct backfill *result,
+                                     struct error *error)
 {
     struct mr_boxpage_header header = {0};
     struct mr_boxpage_start_page start;
@@ -191,7 +191,7 @@ enum mr_status boxfill_store_record(struct store *store, const char *link, int64
                          "matrig version that belongs to that firmware",
                          start.layout, MR_LAYOUT, link);
     snprintf(uid, sizeof uid, "%08X%08X%08X", start.uid[0], start.uid[1], start.uid[2]);
-    *result = (struct boxfill){.run = run};
+    *result = (struct backfill){.run = run};
     enum mr_status status = run ? MR_OK : find_landing(store, &start, uid, &result->run, error);
     if (status == MR_OK)
         status = store_begin(store, error);
@@ -214,7 +214,7 @@ enum mr_status boxfill_store_record(struct store *store, const char *link, int64
                                                   .code = header.record,
                                                   .detail = result->filled_blocks,
                                                   .value = result->missing_blocks,
-                                                  .links = BOXFILL_LINK_BIT},
+                                                  .links = BACKFILL_LINK_BIT},
                             error);
     if (status == MR_OK)
         status = store_session_end(store, session.id, (int64_t)link_now_us(), "black box", error);
