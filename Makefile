@@ -54,7 +54,7 @@ all: $(images) $(stacks) $(board_tables) $(programs) $(studies) $(manuals)
 
 .PHONY: have-port
 have-port:
-	@grep -q 'FACT(ROM_HEARS_SERIAL, 1,' firmware/boards/$(BOARD).def || { echo "the boot ROM of the board $(BOARD) does not listen at its serial link: docs/howto/boards.md has the line for its ST-LINK" >&2; exit 2; }
+	@grep -q 'FACT(IS_ROM_ON_SERIAL, 1,' firmware/boards/$(BOARD).def || { echo "the boot ROM of the board $(BOARD) does not listen at its serial link: docs/howto/boards.md has the line for its ST-LINK" >&2; exit 2; }
 	@[ -n "$(PORT)" ] || { echo "which board? Give its serial port: make flash PORT=/dev/ttyUSB0" >&2; exit 2; }
 .PHONY: flash
 flash: have-port $(chosen) $(B)/matrig ## every day | PORT=/dev/ttyUSB0 BOARD=zg: program a board through its boot ROM

@@ -125,7 +125,7 @@ static float compute_weighted_mean_lb(const struct mr_band *band, const float *l
 }
 
 /* Returns the tension at a gage `age` steps ago; 0: the newest. */
-static float get_tension_before_lb(const struct mr_bands *bands, unsigned gage, unsigned age)
+static float get_past_tension_lb(const struct mr_bands *bands, unsigned gage, unsigned age)
 {
     return bands->history[(bands->newest_row + MR_BANDS_HISTORY_STEPS - age) %
                           MR_BANDS_HISTORY_STEPS][gage];
@@ -147,10 +147,10 @@ static unsigned find_rivet_pullout(const struct mr_bands *bands, const struct mr
         if (!(a * b < 0.0f) || !(large >= band->step_lb) ||
             small < MR_BANDS_SUDDEN_IGNORED_SHARE * large)
             continue;
-        float before_lb = get_tension_before_lb(bands, band->gage[i + 1], 4) -
-                          get_tension_before_lb(bands, band->gage[i], 4);
-        float after_lb = get_tension_before_lb(bands, band->gage[i + 1], 2) -
-                         get_tension_before_lb(bands, band->gage[i], 2);
+        float before_lb = get_past_tension_lb(bands, band->gage[i + 1], 4) -
+                          get_past_tension_lb(bands, band->gage[i], 4);
+        float after_lb = get_past_tension_lb(bands, band->gage[i + 1], 2) -
+                         get_past_tension_lb(bands, band->gage[i], 2);
         if (__builtin_fabsf(after_lb) < __builtin_fabsf(before_lb) && large + small > most_lb) {
             most_lb = large + small;
             found = i;
@@ -161,8 +161,8 @@ static unsigned find_rivet_pullout(const struct mr_bands *bands, const struct mr
 
 /* Returns the neighbour of a gage with the larger change; band->gages if the gage is at an end of
  * the band. */
-static unsigned find_larger_neighbour(const struct mr_band *band, const float *step_lb,
-                                      unsigned place)
+static unsigned find_gage_with_larger_step(const struct mr_band *band, const float *step_lb,
+                                           unsigned place)
 {
     if (place == 0 || place + 1 == band->gages)
         return band->gages;
@@ -187,7 +187,7 @@ static void record_candidate(const struct mr_bands *bands, struct mr_band *band,
     for (unsigned i = 0; i < band->gages; i++) {
         drops += step_lb[i] <= -least_lb;
         rises += step_lb[i] >= least_lb;
-        from_lb[i] = get_tension_before_lb(bands, band->gage[i], 4) +
+        from_lb[i] = get_past_tension_lb(bands, band->gage[i], 4) +
                      trend_lb[i] * (0.5f * (float)(MR_BANDS_PERSIST_STEPS + 4u));
     }
     struct mr_band_candidate *doubt = &band->candidate;
@@ -201,7 +201,7 @@ static void record_candidate(const struct mr_bands *bands, struct mr_band *band,
     } else if (drops == 1) {
         doubt->reason = MR_BAND_STEP;
     } else {
-        unsigned other = find_larger_neighbour(band, step_lb, worst);
+        unsigned other = find_gage_with_larger_step(band, step_lb, worst);
         doubt->reason = MR_BAND_SLIP;
         doubt->other = (uint8_t)(other < band->gages ? band->gage[other] + 1 : 0);
         doubt->min_lb = PERSISTING_SHARE_MIN * compute_weighted_mean_lb(band, step_lb);
@@ -217,7 +217,7 @@ static void confirm_candidate(struct mr_bands *bands, unsigned number)
     float now_lb[MR_GAGES];
     band->candidate.reason = 0;
     for (unsigned i = 0; i < band->gages; i++)
-        now_lb[i] = get_tension_before_lb(bands, band->gage[i], 0);
+        now_lb[i] = get_past_tension_lb(bands, band->gage[i], 0);
     float left_lb = (doubt.reason == MR_BAND_SLIP ? compute_weighted_mean_lb(band, now_lb)
                                                   : now_lb[doubt.position]) -
                     doubt.from_lb;
@@ -237,15 +237,14 @@ static void classify_step(struct mr_bands *bands, unsigned number, uint32_t bloc
     float step_lb[MR_GAGES], trend_lb[MR_GAGES];
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned g = band->gage[i];
-        if (get_tension_before_lb(bands, g, 6) < band->slack_lb ||
-            get_tension_before_lb(bands, g, 0) < band->slack_lb)
+        if (get_past_tension_lb(bands, g, 6) < band->slack_lb ||
+            get_past_tension_lb(bands, g, 0) < band->slack_lb)
             /* Report appendix C.5 applies only while the whole band is under tension: a slack band
              * also changes suddenly when it becomes tight. */
             return;
-        trend_lb[i] = 0.5f *
-                      (get_tension_before_lb(bands, g, 4) - get_tension_before_lb(bands, g, 6) +
-                       get_tension_before_lb(bands, g, 0) - get_tension_before_lb(bands, g, 2));
-        step_lb[i] = get_tension_before_lb(bands, g, 2) - get_tension_before_lb(bands, g, 4) -
+        trend_lb[i] = 0.5f * (get_past_tension_lb(bands, g, 4) - get_past_tension_lb(bands, g, 6) +
+                              get_past_tension_lb(bands, g, 0) - get_past_tension_lb(bands, g, 2));
+        step_lb[i] = get_past_tension_lb(bands, g, 2) - get_past_tension_lb(bands, g, 4) -
                      trend_lb[i];
     }
     band->persist_steps = MR_BANDS_PERSIST_STEPS;
@@ -263,16 +262,16 @@ static void classify_step(struct mr_bands *bands, unsigned number, uint32_t bloc
 static bool is_sudden_change(const struct mr_bands *bands, const struct mr_band *band,
                              unsigned gage)
 {
-    float at2 = get_tension_before_lb(bands, gage, 2), at4 = get_tension_before_lb(bands, gage, 4);
+    float at2 = get_past_tension_lb(bands, gage, 2), at4 = get_past_tension_lb(bands, gage, 4);
     float step_lb = __builtin_fabsf(at2 - at4);
     if (!(step_lb >= band->step_lb) ||
-        __builtin_fabsf(get_tension_before_lb(bands, gage, 1) -
-                        get_tension_before_lb(bands, gage, 3)) > step_lb)
+        __builtin_fabsf(get_past_tension_lb(bands, gage, 1) - get_past_tension_lb(bands, gage, 3)) >
+            step_lb)
         /* There is no step; or the step is within one of the averaged intervals, and the next
          * difference contains more of it. */
         return false;
-    float before_lb = __builtin_fabsf(at4 - get_tension_before_lb(bands, gage, 6)),
-          after_lb = __builtin_fabsf(get_tension_before_lb(bands, gage, 0) - at2);
+    float before_lb = __builtin_fabsf(at4 - get_past_tension_lb(bands, gage, 6)),
+          after_lb = __builtin_fabsf(get_past_tension_lb(bands, gage, 0) - at2);
     return step_lb >= SUDDEN_RATIO_MIN * before_lb && step_lb >= SUDDEN_RATIO_MIN * after_lb;
 }
 
@@ -314,7 +313,7 @@ static void update_band(struct mr_bands *bands, unsigned number, const float *te
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned g = band->gage[i];
         float lb = tension_lb[g];
-        float change_lb = lb - get_tension_before_lb(bands, g, 1);
+        float change_lb = lb - get_past_tension_lb(bands, g, 1);
         bands->sum_lb[g] += lb;
         bands->square_sum_lb2[g] += bands->group_steps ? change_lb * change_lb : 0.0f;
         if (__builtin_isnan(lb)) {
@@ -429,12 +428,12 @@ static float compute_extreme_error_lb(const struct mr_bands *bands,
     return __builtin_sqrtf(error_lb * error_lb + noise_lb * noise_lb);
 }
 
-void mr_bands_get_figures(const struct mr_bands *bands, unsigned number,
-                          struct mr_band_figures *figures)
+void mr_bands_get_summary(const struct mr_bands *bands, unsigned number,
+                          struct mr_band_summary *figures)
 {
     const struct mr_band *band = &bands->band[number];
     float before_variance = 0.0f, change_variance = 0.0f, low_lb = MR_NAN, high_lb = MR_NAN;
-    *figures = (struct mr_band_figures){.min = band->min_tension, .max = band->max_tension};
+    *figures = (struct mr_band_summary){.min = band->min_tension, .max = band->max_tension};
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned g = band->gage[i];
         const struct mr_channel_config *gage = &bands->channel[g];

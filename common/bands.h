@@ -120,7 +120,7 @@ struct mr_bands {
     unsigned finding_count;
 };
 
-struct mr_band_figures {
+struct mr_band_summary {
     unsigned gages; /* number of gages with a valid tension both before and after the landing */
     float before_lb, before_error_lb, spread_lb;
     float after_lb, change_lb, change_error_lb;
@@ -143,8 +143,8 @@ unsigned mr_bands_update(struct mr_bands *bands, const float tension_lb[MR_GAGES
 void mr_bands_end(struct mr_bands *bands);
 
 /* Returns in `figures` the figures of band 0 to MR_CONFIG_BANDS - 1; unknown values are NaN. */
-void mr_bands_get_figures(const struct mr_bands *bands, unsigned band,
-                          struct mr_band_figures *figures);
+void mr_bands_get_summary(const struct mr_bands *bands, unsigned band,
+                          struct mr_band_summary *figures);
 
 /* Finds minimum, mean and maximum of a band's valid gages in this step; NaN if no gage is valid.
  * Returns the number of valid gages. */

@@ -93,7 +93,7 @@ void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
     }
 }
 
-void mr_scan_plan(struct mr_scan *scan, uint32_t absent)
+void mr_scan_select_channels(struct mr_scan *scan, uint32_t absent)
 {
     unsigned count = 0;
     *scan = (struct mr_scan){.absent = absent & MR_BITS_OPTIONAL};
@@ -168,7 +168,7 @@ static uint32_t get_u24(const uint8_t **p)
     return low | (uint32_t)mr_get_u8(p) << 16;
 }
 
-size_t mr_block_put(const struct mr_block *block, uint8_t out[MR_BLOCK_BYTES_MAX])
+size_t mr_block_encode(const struct mr_block *block, uint8_t out[MR_BLOCK_BYTES_MAX])
 {
     uint8_t *p = put_u24(mr_put_u32(mr_put_u32(out, block->index), block->tick), block->absent);
     uint32_t absent = mr_block_absent_sums(block->absent);
@@ -190,7 +190,7 @@ size_t mr_block_put(const struct mr_block *block, uint8_t out[MR_BLOCK_BYTES_MAX
     return (size_t)(p - out);
 }
 
-enum mr_status mr_block_get(struct mr_block *block, const uint8_t *bytes, size_t length)
+enum mr_status mr_block_decode(struct mr_block *block, const uint8_t *bytes, size_t length)
 {
     const uint8_t *p = bytes;
     if (length < MR_BLOCK_BYTES_MIN)

@@ -80,7 +80,7 @@ struct mr_scan {
 };
 /* Sets the scan to all channels except those in the bit mask `absent`. Only bits of
  * MR_BITS_OPTIONAL count. */
-void mr_scan_plan(struct mr_scan *scan, uint32_t absent);
+void mr_scan_select_channels(struct mr_scan *scan, uint32_t absent);
 
 /* Sums 8 scans of all channels. `transducers` and `adc1` hold the 12-bit results of the converters
  * in scan order. Even scans of the block were taken with the excitation forward. */
@@ -94,11 +94,11 @@ void mr_block_from_fitted_scans(struct mr_block *block, const struct mr_scan *sc
                                 uint32_t tick, const uint16_t *transducers, const uint16_t *others);
 
 /* Writes the wire form of a block. Returns its length, MR_BLOCK_BYTES_MIN to MR_BLOCK_BYTES_MAX. */
-size_t mr_block_put(const struct mr_block *block, uint8_t out[MR_BLOCK_BYTES_MAX]);
+size_t mr_block_encode(const struct mr_block *block, uint8_t out[MR_BLOCK_BYTES_MAX]);
 
 /* Reads the wire form of a block. MR_TRUNCATED or MR_TOO_LONG: `length` does not match the masks;
  * MR_MALFORMED: impossible masks or counts. */
-enum mr_status mr_block_get(struct mr_block *block, const uint8_t *bytes, size_t length);
+enum mr_status mr_block_decode(struct mr_block *block, const uint8_t *bytes, size_t length);
 
 /* ---- time ---- */
 
@@ -117,21 +117,21 @@ enum mr_status mr_block_get(struct mr_block *block, const uint8_t *bytes, size_t
 
 /* Returns the value of TIM2, modulo 2^32, at the beginning of block 0, computed from the index and
  * the first tick of any block. */
-static inline uint32_t mr_boardtime_origin(uint32_t block, uint32_t tick)
+static inline uint32_t mr_boardtime_origin_tick(uint32_t block, uint32_t tick)
 {
     return tick - block * MR_TICKS_PER_BLOCK;
 }
 /* Returns the value of TIM2, modulo 2^32, at the beginning of a block; `origin` is from
- * mr_boardtime_origin. */
-static inline uint32_t mr_boardtime_tick(uint32_t origin, uint32_t block)
+ * mr_boardtime_origin_tick. */
+static inline uint32_t mr_boardtime_block_tick(uint32_t origin, uint32_t block)
 {
     return origin + block * MR_TICKS_PER_BLOCK;
 }
 /* Returns the number of ticks from the beginning of the scans to a capture that is less than 25.5 s
  * from the beginning of `block`. Negative: the capture was before the scans began. */
-static inline int64_t mr_boardtime_ticks(uint32_t origin, uint32_t block, uint32_t tick)
+static inline int64_t mr_boardtime_unwrap(uint32_t origin, uint32_t block, uint32_t tick)
 {
-    int32_t since = (int32_t)(tick - mr_boardtime_tick(origin, block));
+    int32_t since = (int32_t)(tick - mr_boardtime_block_tick(origin, block));
     return (int64_t)block * (int64_t)MR_TICKS_PER_BLOCK + since;
 }
 

@@ -111,13 +111,13 @@ void mr_pack_reset(struct mr_pack *pack)
         pack->mean_x16[i] = INITIAL_MEAN_X16;
 }
 
-bool mr_pack_can_follow(const struct mr_pack *pack, const struct mr_block *block)
+bool mr_pack_can_omit_key(const struct mr_pack *pack, const struct mr_block *block)
 {
     return pack->has_key && block->index == pack->index && block->tick == pack->tick &&
            block->absent == pack->absent;
 }
 
-size_t mr_pack_block_key(struct mr_pack *pack, const struct mr_block *block,
+size_t mr_pack_key_block(struct mr_pack *pack, const struct mr_block *block,
                          uint8_t out[MR_PACK_BYTES_MAX])
 {
     struct mr_bit_writer w = {.next = out};

@@ -59,13 +59,13 @@ struct mr_pack {
 
 void mr_pack_reset(struct mr_pack *pack);
 /* True if the block can be packed without a key. */
-bool mr_pack_can_follow(const struct mr_pack *pack, const struct mr_block *block);
+bool mr_pack_can_omit_key(const struct mr_pack *pack, const struct mr_block *block);
 
 /* The functions that fill `out` return the number of bits written; the remaining bits of the last
  * word are 0. */
-size_t mr_pack_block_key(struct mr_pack *pack, const struct mr_block *block,
+size_t mr_pack_key_block(struct mr_pack *pack, const struct mr_block *block,
                          uint8_t out[MR_PACK_BYTES_MAX]);
-/* Packs a block for which mr_pack_can_follow is true, after a saturation record if its saturation
+/* Packs a block for which mr_pack_can_omit_key is true, after a saturation record if its saturation
  * has changed. */
 size_t mr_pack_block(struct mr_pack *pack, const struct mr_block *block,
                      uint8_t out[MR_PACK_BYTES_MAX]);

@@ -17,11 +17,11 @@
 #define MR_CAN_BASE_MAX (MR_CAN_ID_MAX - MR_ID_CONFIG_WORD)
 
 /* These functions convert an identifier between the catalogue and the bus. */
-static inline uint16_t mr_can_to_bus(uint16_t id, uint16_t base)
+static inline uint16_t mr_can_id_to_bus(uint16_t id, uint16_t base)
 {
     return (uint16_t)((id + base) & MR_CAN_ID_MAX);
 }
-static inline uint16_t mr_can_from_bus(uint16_t id, uint16_t base)
+static inline uint16_t mr_can_id_from_bus(uint16_t id, uint16_t base)
 {
     return (uint16_t)((id - base) & MR_CAN_ID_MAX);
 }

@@ -12,8 +12,8 @@
     {                                                                                    \
         uint8_t *p = out;
 #define INTEGER(name, type, field, unit, text) p = mr_put_##type(p, message->field);
-#define REAL(name, type, field, per_unit, unit, text) \
-    p = mr_put_real_##type(p, message->field, per_unit);
+#define REAL(name, type, field, counts_per_unit, unit, text) \
+    p = mr_put_real_##type(p, message->field, counts_per_unit);
 #define FLOAT(name, field, unit, text) p = mr_put_f32(p, message->field);
 #define END_MESSAGE(name, NAME)   \
         return (size_t)(p - out); \
@@ -30,7 +30,7 @@
 #define SIZE_i32 4
 #define MESSAGE(name, NAME, id, direction, text) struct name##_wire {
 #define INTEGER(name, type, field, unit, text) uint8_t field[SIZE_##type];
-#define REAL(name, type, field, per_unit, unit, text) uint8_t field[SIZE_##type];
+#define REAL(name, type, field, counts_per_unit, unit, text) uint8_t field[SIZE_##type];
 #define FLOAT(name, field, unit, text) uint8_t field[4];
 #define END_MESSAGE(name, NAME)                                        \
     };                                                                 \
@@ -45,8 +45,8 @@
         if (length != sizeof(struct name##_wire))                                                  \
             return length < sizeof(struct name##_wire) ? MR_TRUNCATED : MR_TOO_LONG;
 #define INTEGER(name, type, field, unit, text) message->field = mr_get_##type(&p);
-#define REAL(name, type, field, per_unit, unit, text) \
-    message->field = mr_get_real_##type(&p, per_unit);
+#define REAL(name, type, field, counts_per_unit, unit, text) \
+    message->field = mr_get_real_##type(&p, counts_per_unit);
 #define FLOAT(name, field, unit, text) message->field = mr_get_f32(&p);
 #define END_MESSAGE(name, NAME) \
         return MR_OK;           \
@@ -85,9 +85,9 @@
 #define INTEGER(name, type, field, unit, text)                                              \
     {#field, unit, text, NULL, MR_CODING_NONE, MR_WIRE_##type, offsetof(struct name##_wire, \
      field), SIZE_##type, 0.0f},
-#define REAL(name, type, field, per_unit, unit, text)                                       \
+#define REAL(name, type, field, counts_per_unit, unit, text)                                       \
     {#field, unit, text, NULL, MR_CODING_NONE, MR_WIRE_##type, offsetof(struct name##_wire, \
-     field), SIZE_##type, per_unit},
+     field), SIZE_##type, counts_per_unit},
 #define FLOAT(name, field, unit, text)                                                           \
     {#field, unit, text, NULL, MR_CODING_NONE, MR_WIRE_f32, offsetof(struct name##_wire, field), \
      4, 0.0f},
@@ -205,9 +205,9 @@ void mr_field_text(const struct mr_field_info *field, char *out, size_t size)
 double mr_field_value(const struct mr_field_info *field, const uint8_t *payload)
 {
     const uint8_t *p = payload + field->offset;
-    if (field->per_unit > 0.0f) {
-        return (double)(field->type == MR_WIRE_u16 ? mr_get_real_u16(&p, field->per_unit)
-                                                   : mr_get_real_i16(&p, field->per_unit));
+    if (field->counts_per_unit > 0.0f) {
+        return (double)(field->type == MR_WIRE_u16 ? mr_get_real_u16(&p, field->counts_per_unit)
+                                                   : mr_get_real_i16(&p, field->counts_per_unit));
     }
     switch (field->type) {
     case MR_WIRE_u8: return mr_get_u8(&p);
@@ -261,8 +261,8 @@ enum mr_status mr_message_decode(struct mr_message *message, uint16_t id, const 
 /* ---- series ---- */
 
 static const struct mr_series all_series[MR_SERIES_COUNT] = {
-#define SERIES(series, NAME, letter, unit, per_unit, readings, blocks, what, text) \
-    {MR_KIND_##NAME, #letter[0], readings, blocks, per_unit},
+#define SERIES(series, NAME, letter, unit, counts_per_unit, readings, blocks, what, text) \
+    {MR_KIND_##NAME, #letter[0], readings, blocks, counts_per_unit},
 #include "common/catalogue.def"
 };
 
@@ -272,7 +272,7 @@ static const struct mr_series_pack series_packs[MR_SERIES_PACK_COUNT] = {
 #include "common/catalogue.def"
 };
 
-#define SERIES(series, NAME, letter, unit, per_unit, readings, blocks, what, text) \
+#define SERIES(series, NAME, letter, unit, counts_per_unit, readings, blocks, what, text) \
     _Static_assert((readings) <= 16, "no room for a bit of each reading of " #series);
 #include "common/catalogue.def"
 
@@ -310,7 +310,7 @@ size_t mr_series_pack_put(const struct mr_series_pack *pack, const float *readin
     const struct mr_series *series = &all_series[pack->series];
     uint8_t *p = out;
     for (unsigned i = 0; i < pack->count; i++)
-        p = mr_put_real_i16(p, readings[pack->first - 1u + i], series->per_unit);
+        p = mr_put_real_i16(p, readings[pack->first - 1u + i], series->counts_per_unit);
     if (pack->count < MR_PACK_READINGS)
         p = mr_put_u16(p, get_missing_bits(readings, series->readings));
     p = mr_put_u16(p, (uint16_t)index);
@@ -321,6 +321,6 @@ unsigned mr_series_pack_get(const struct mr_series_pack *pack, const uint8_t *pa
                             float readings[MR_PACK_READINGS])
 {
     for (unsigned i = 0; i < pack->count; i++)
-        readings[i] = mr_get_real_i16(&payload, all_series[pack->series].per_unit);
+        readings[i] = mr_get_real_i16(&payload, all_series[pack->series].counts_per_unit);
     return pack->count;
 }

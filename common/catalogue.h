@@ -48,7 +48,7 @@ typedef int32_t mr_i32;
 /* clang-format off */
 #define MESSAGE(name, NAME, id, direction, text) struct mr_##name {
 #define INTEGER(name, type, field, unit, text) mr_##type field;
-#define REAL(name, type, field, per_unit, unit, text) float field;
+#define REAL(name, type, field, counts_per_unit, unit, text) float field;
 #define FLOAT(name, field, unit, text) float field;
 #define END_MESSAGE(name, NAME) };
 /* clang-format on */
@@ -105,9 +105,9 @@ struct mr_field_info {
     const struct mr_value *values; /* NULL: the numbers have no names */
     enum mr_coding coding;
     enum mr_wire_type type;
-    uint8_t offset; /* position of the first byte in the payload */
-    uint8_t size;   /* bytes */
-    float per_unit; /* counts per unit; 0: the field is not a scaled real */
+    uint8_t offset;        /* position of the first byte in the payload */
+    uint8_t size;          /* bytes */
+    float counts_per_unit; /* counts per unit; 0: the field is not a scaled real */
 };
 
 struct mr_message_info {
@@ -165,15 +165,16 @@ enum mr_status mr_message_decode(struct mr_message *message, uint16_t id, const 
 /* Readings packed over several messages: displacements and tensions on CAN, as defined by the
  * SERIES and SERIES_PACK rows of common/catalogue_series.def.
  *
- * Each of these messages is called a pack. It contains up to three readings as i16 in `per_unit`
- * counts per inch or pound. In the last pack of a series, one bit for each reading of the series
- * follows, which is set if the reading is missing. Every pack ends with the low 16 bits of the
- * measured block. Pure. */
+ * Each of these messages is called a pack. It contains up to three readings as i16 in
+ * `counts_per_unit` counts per inch or pound. In the last pack of a series, one bit for each
+ * reading of the series follows, which is set if the reading is missing. Every pack ends with the
+ * low 16 bits of the measured block. Pure. */
 
 #define MR_PACK_READINGS 3u
 
 enum mr_series_number {
-#define SERIES(series, NAME, letter, unit, per_unit, readings, blocks, what, text) MR_SERIES_##NAME,
+#define SERIES(series, NAME, letter, unit, counts_per_unit, readings, blocks, what, text) \
+    MR_SERIES_##NAME,
 #include "common/catalogue.def"
     MR_SERIES_COUNT
 };
@@ -191,7 +192,7 @@ struct mr_series {
     /* number of blocks averaged in a reading, which is also the number of blocks between two
      * packs */
     uint8_t blocks;
-    float per_unit; /* counts per inch or pound */
+    float counts_per_unit; /* counts per inch or pound */
 };
 
 struct mr_series_pack {

@@ -8,7 +8,7 @@ struct command_row {
     uint8_t code;
     const char *name;
     bool indexed;
-    int32_t per_unit;
+    int32_t counts_per_unit;
 };
 
 static const struct command_row command_rows[] = {
@@ -38,16 +38,16 @@ static const char *match_word(const char *words, const char *name)
     return *name == '\0' && ends ? words : NULL;
 }
 
-/* Parses a number and rounds it (half up) to a multiple of 1 / `per_unit`. If `per_unit` is 1, the
- * number is a count and must not have a fraction. */
-static const char *parse_scaled(const char *p, int32_t per_unit, int32_t *value)
+/* Parses a number and rounds it (half up) to a multiple of 1 / `counts_per_unit`. If
+ * `counts_per_unit` is 1, the number is a count and must not have a fraction. */
+static const char *parse_scaled(const char *p, int32_t counts_per_unit, int32_t *value)
 {
     const char *end;
-    double counts = mr_decimal_read(p, &end) * (double)per_unit;
+    double counts = mr_decimal_parse(p, &end) * (double)counts_per_unit;
     if (end == p || !(counts <= (double)INT32_MAX) || !(counts >= -(double)INT32_MAX))
         return NULL;
     *value = (int32_t)(counts < 0.0 ? counts - 0.5 : counts + 0.5);
-    return per_unit > 1 || counts == (double)*value ? end : NULL;
+    return counts_per_unit > 1 || counts == (double)*value ? end : NULL;
 }
 
 enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_command *command)
@@ -69,7 +69,7 @@ enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_comma
                 return MR_USAGE;
         }
         if (*p) {
-            p = parse_scaled(p, command_rows[i].per_unit, &argument);
+            p = parse_scaled(p, command_rows[i].counts_per_unit, &argument);
             if (!p || *skip_blanks(p))
                 return MR_USAGE;
         }

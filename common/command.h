@@ -10,7 +10,7 @@
 #include "common/catalogue.h"
 
 enum mr_command_code {
-    MR_COMMAND_NONE, /* code 0, which every board refuses as unknown */
+    MR_COMMAND_INVALID, /* code 0, which every board refuses as unknown */
 #define COMMAND(NAME, code, ...) MR_COMMAND_##NAME = (code),
 #include "common/catalogue.def"
 };
@@ -28,12 +28,12 @@ enum mr_privilege {
 enum mr_command_links { MR_LINKS_BOTH, MR_LINKS_CABLE, MR_LINKS_JUMPER, MR_LINKS_REPLAY };
 
 /* States in which the command is executed, as bits of enum mr_landing_state. */
-enum mr_command_when {
-    MR_WHEN_IDLE = 1u << MR_LANDING_IDLE,
-    MR_WHEN_AT_REST = MR_WHEN_IDLE | 1u << MR_LANDING_DONE,
-    MR_WHEN_RECORDING = 1u << MR_LANDING_ARMED | 1u << MR_LANDING_LANDING |
-                        1u << MR_LANDING_SETTLING,
-    MR_WHEN_ANY = MR_WHEN_AT_REST | MR_WHEN_RECORDING,
+enum mr_command_states {
+    MR_STATES_IDLE = 1u << MR_LANDING_IDLE,
+    MR_STATES_AT_REST = MR_STATES_IDLE | 1u << MR_LANDING_DONE,
+    MR_STATES_RECORDING = 1u << MR_LANDING_ARMED | 1u << MR_LANDING_LANDING |
+                          1u << MR_LANDING_SETTLING,
+    MR_STATES_ANY = MR_STATES_AT_REST | MR_STATES_RECORDING,
 };
 
 /* Parses one typed command: `arm 5`, `survey 12 0.305` (segment, inches), `mark 1`, `state`. A
@@ -42,9 +42,9 @@ enum mr_command_when {
 enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_command *command);
 
 /* True for statuses that refuse a command because of its sender or link, whatever the command is. A
- * replay, which would be allowed to send such a command, sends MR_COMMAND_NONE in its place, so
+ * replay, which would be allowed to send such a command, sends MR_COMMAND_INVALID in its place, so
  * that the number of answers is the same. */
-static inline bool mr_command_is_sender_refused(int status)
+static inline bool mr_status_is_sender_refused(int status)
 {
     return status <= MR_CABLE && status >= MR_LOCKOUT;
 }

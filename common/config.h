@@ -152,7 +152,7 @@ void mr_config_swap_image(uint8_t *image, struct mr_config *config);
     X(SUM_TOO_LARGE, 7, "zero code plus the steps up to this one exceeds the converter's range")   \
     X(STEPS_TOO_CLOSE, 8, "too close to the step of another switch [other: that switch, from 0]")  \
     X(MUST_NOT_BE_ZERO, 9, "must not be 0 for a fitted part")                                      \
-    X(NUMBER_TAKEN, 10, "another channel of this kind has this number [other: its index, from 0]") \
+    X(NUMBER_IN_USE, 10, "another channel of this kind has this number [other: its index, from 0]")\
     X(WRONG_INPUT,  11, "this input cannot measure that kind")                                     \
     X(NO_BAND,      12, "the band is not fitted: its pretension is 0")                             \
     X(ONE_POINT,    13, "must be 0, or 2 or more points")                                          \
@@ -173,7 +173,7 @@ enum mr_config_rule {
 };
 #undef MR_CONFIG_RULE_ENUM
 
-struct mr_config_reason {
+struct mr_config_violation {
     uint8_t group, index, field, element; /* place of the violation; numbers from 0 */
     uint8_t rule, other;
 };
@@ -187,7 +187,7 @@ struct mr_config_reason {
 
 /* Checks a configuration. MR_LIMIT: `reason` has the first violation. The limits of all fields are
  * checked first, then the relations between fields. */
-enum mr_status mr_config_check(const struct mr_config *config, struct mr_config_reason *reason);
+enum mr_status mr_config_check(const struct mr_config *config, struct mr_config_violation *reason);
 
 /* Start parameters of the predictor (common/predictor.h), from the groups site and predict and the
  * stations of the transducers. */

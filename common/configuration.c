@@ -122,7 +122,7 @@ static uint8_t *put_bits(uint8_t *p, unsigned size, uint32_t bits)
                      : mr_put_u32(p, bits);
 }
 
-static uint32_t read_bits(const uint8_t **p, unsigned size)
+static uint32_t get_bits(const uint8_t **p, unsigned size)
 {
     return size == 1 ? mr_get_u8(p) : size == 2 ? mr_get_u16(p) : mr_get_u32(p);
 }
@@ -148,7 +148,7 @@ static void copy_elements(uint8_t *fields, struct mr_config *config, bool to_ima
                 const uint8_t *stored = p;
                 uint32_t old = get_element(at, size);
                 if (to_config)
-                    set_element(at, size, read_bits(&stored, size));
+                    set_element(at, size, get_bits(&stored, size));
                 if (to_image)
                     put_bits(p, size, old);
             }
@@ -261,7 +261,7 @@ static enum mr_config_rule check_field(const struct mr_config_field *field, cons
     return rule;
 }
 
-static bool check_limits(const struct mr_config *config, struct mr_config_reason *reason)
+static bool check_limits(const struct mr_config *config, struct mr_config_violation *reason)
 {
     for (unsigned g = 0; g < MR_CONFIG_GROUP_COUNT; g++) {
         const struct mr_config_group *group = &mr_config_groups[g];
@@ -269,7 +269,7 @@ static bool check_limits(const struct mr_config *config, struct mr_config_reason
             unsigned f = n % group->field_count, index = n / group->field_count;
             const uint8_t *at = (const uint8_t *)config + group->offset + index * group->size +
                                 group->fields[f].offset;
-            *reason = (struct mr_config_reason){
+            *reason = (struct mr_config_violation){
                 .group = (uint8_t)g, .index = (uint8_t)index, .field = (uint8_t)f};
             reason->rule = (uint8_t)check_field(&group->fields[f], at, &reason->element);
             if (reason->rule)
@@ -281,11 +281,11 @@ static bool check_limits(const struct mr_config *config, struct mr_config_reason
 
 /* Sets the reason why a field is refused: SET_REASON(reason, channel, i, kind,
  * MR_RULE_WRONG_INPUT). More members may follow: .element, .other. */
-#define SET_REASON(reason, name, n, which, ...)                                \
-    (*(reason) = (struct mr_config_reason){.group = MR_GROUP_##name,           \
-                                           .index = (uint8_t)(n),              \
-                                           .field = MR_FIELD_##name##_##which, \
-                                           .rule = (uint8_t)__VA_ARGS__},      \
+#define SET_REASON(reason, name, n, which, ...)                                   \
+    (*(reason) = (struct mr_config_violation){.group = MR_GROUP_##name,           \
+                                              .index = (uint8_t)(n),              \
+                                              .field = MR_FIELD_##name##_##which, \
+                                              .rule = (uint8_t)__VA_ARGS__},      \
      false)
 
 static bool has_switch(const struct mr_config *config)
@@ -299,7 +299,8 @@ static bool has_switch(const struct mr_config *config)
 
 /* The wiring of the converter inputs is fixed: transducers at ADC3; gages, staircase and reference
  * at ADC1. */
-static bool check_place(const struct mr_config *config, unsigned i, struct mr_config_reason *reason)
+static bool check_channel_input(const struct mr_config *config, unsigned i,
+                                struct mr_config_violation *reason)
 {
     unsigned kind = config->channel[i].kind;
     bool right = i < MR_TRANSDUCERS ? kind == MR_KIND_DISPLACEMENT || kind == MR_KIND_NONE
@@ -312,7 +313,7 @@ static bool check_place(const struct mr_config *config, unsigned i, struct mr_co
 }
 
 static bool check_number(const struct mr_config *config, unsigned i,
-                         struct mr_config_reason *reason)
+                         struct mr_config_violation *reason)
 {
     const struct mr_channel_config *channel = &config->channel[i];
     if (channel->kind != MR_KIND_DISPLACEMENT && channel->kind != MR_KIND_TENSION)
@@ -322,7 +323,7 @@ static bool check_number(const struct mr_config *config, unsigned i,
     for (unsigned k = 0; k < i; k++) {
         if (config->channel[k].kind == channel->kind &&
             config->channel[k].number == channel->number)
-            return SET_REASON(reason, channel, i, number, MR_RULE_NUMBER_TAKEN,
+            return SET_REASON(reason, channel, i, number, MR_RULE_NUMBER_IN_USE,
                               .other = (uint8_t)k);
     }
     return true;
@@ -331,7 +332,7 @@ static bool check_number(const struct mr_config *config, unsigned i,
 /* Checks that the stations of the transducers rise with the channel numbers, because
  * common/closure.c uses neighbouring channels as the ends of an interval. */
 static bool check_station(const struct mr_config *config, unsigned i,
-                          struct mr_config_reason *reason)
+                          struct mr_config_violation *reason)
 {
     const struct mr_channel_config *channel = &config->channel[i];
     if (channel->kind != MR_KIND_DISPLACEMENT)
@@ -348,7 +349,7 @@ static bool check_station(const struct mr_config *config, unsigned i,
 }
 
 static bool check_points(const struct mr_channel_config *channel, unsigned i,
-                         struct mr_config_reason *reason)
+                         struct mr_config_violation *reason)
 {
     if (channel->points == 1)
         return SET_REASON(reason, channel, i, points, MR_RULE_ONE_POINT);
@@ -365,7 +366,7 @@ static bool check_points(const struct mr_channel_config *channel, unsigned i,
 
 /* Checks that the gain is physically possible with the sensors and electronics of this rig. */
 static bool check_gain(const struct mr_channel_config *channel, unsigned i,
-                       struct mr_config_reason *reason)
+                       struct mr_config_violation *reason)
 {
     enum mr_config_rule rule = mr_channel_is_sensor(channel) ? mr_gain_check(channel)
                                                              : MR_RULE_NONE;
@@ -373,10 +374,10 @@ static bool check_gain(const struct mr_channel_config *channel, unsigned i,
 }
 
 static bool check_channel(const struct mr_config *config, unsigned i,
-                          struct mr_config_reason *reason)
+                          struct mr_config_violation *reason)
 {
     const struct mr_channel_config *channel = &config->channel[i];
-    if (!check_place(config, i, reason))
+    if (!check_channel_input(config, i, reason))
         return false;
     if (channel->kind == MR_KIND_NONE)
         return true;
@@ -397,7 +398,8 @@ static bool check_channel(const struct mr_config *config, unsigned i,
            check_points(channel, i, reason) && check_gain(channel, i, reason);
 }
 
-static bool check_gate(const struct mr_config *config, unsigned i, struct mr_config_reason *reason)
+static bool check_gate(const struct mr_config *config, unsigned i,
+                       struct mr_config_violation *reason)
 {
     const struct mr_gate_config *gate = &config->gate[i];
     if (!gate->step_codes)
@@ -448,7 +450,8 @@ void mr_config_get_predictor(const struct mr_config *config, struct mr_predictor
                                      : MR_NAN;
 }
 
-static bool check_band(const struct mr_config *config, unsigned i, struct mr_config_reason *reason)
+static bool check_band(const struct mr_config *config, unsigned i,
+                       struct mr_config_violation *reason)
 {
     const struct mr_band_config *band = &config->band[i];
     bool right = band->yield_lb == 0.0f || band->yield_lb > band->pretension_lb;
@@ -458,7 +461,7 @@ static bool check_band(const struct mr_config *config, unsigned i, struct mr_con
 
 /* Checks the values of a predictor that is to run; otherwise they may have any value within the
  * limits. */
-static bool check_predictor(const struct mr_config *config, struct mr_config_reason *reason)
+static bool check_predictor(const struct mr_config *config, struct mr_config_violation *reason)
 {
     struct mr_predictor_config predictor;
     if (!config->predict[0].fitted)
@@ -469,7 +472,7 @@ static bool check_predictor(const struct mr_config *config, struct mr_config_rea
            SET_REASON(reason, predict, 0, step_ms, MR_RULE_UNSTABLE);
 }
 
-enum mr_status mr_config_check(const struct mr_config *config, struct mr_config_reason *reason)
+enum mr_status mr_config_check(const struct mr_config *config, struct mr_config_violation *reason)
 {
     if (!check_limits(config, reason))
         return MR_LIMIT;
@@ -491,6 +494,6 @@ enum mr_status mr_config_check(const struct mr_config *config, struct mr_config_
         (void)SET_REASON(reason, site, 0, wheel_radius_ft, MR_RULE_MUST_NOT_BE_ZERO);
         return MR_LIMIT;
     }
-    *reason = (struct mr_config_reason){0};
+    *reason = (struct mr_config_violation){0};
     return MR_OK;
 }

@@ -27,7 +27,7 @@ static size_t get_number_length(const char *text)
     return digits ? n : 0;
 }
 
-double mr_decimal_read(const char *text, const char **end)
+double mr_decimal_parse(const char *text, const char **end)
 {
     const char *number = text + strspn(text, " \t\n\v\f\r");
     size_t length = get_number_length(number);

@@ -9,6 +9,6 @@
 
 /* Returns the number, and in `*end` the position after it. Without a number, `*end` is `text` and
  * the value is 0. A number too large for a double is returned as infinity. */
-double mr_decimal_read(const char *text, const char **end);
+double mr_decimal_parse(const char *text, const char **end);
 
 #endif

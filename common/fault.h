@@ -94,7 +94,7 @@ enum mr_crash_item {
     X(USAGE,   3, "usage fault")           \
     X(OTHER,   4, "processor fault")       \
     X(CRYSTAL, 5, "crystal stopped")       \
-    X(UNASKED, 6, "unexpected interrupt")
+    X(UNEXPECTED, 6, "unexpected interrupt")
 /* clang-format on */
 
 enum mr_crash_kind {

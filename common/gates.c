@@ -7,15 +7,15 @@
 #define TERM_COUNT (MR_GATES_ORDER_MAX + 1)
 
 /* Quantile 0.975 of Student's t for 1 to 10 degrees of freedom. */
-static const double student_975[] = {12.706, 4.303, 3.182, 2.776, 2.571,
-                                     2.447,  2.365, 2.306, 2.262, 2.228};
+static const double student_t_975[] = {12.706, 4.303, 3.182, 2.776, 2.571,
+                                       2.447,  2.365, 2.306, 2.262, 2.228};
 
 double mr_gates_student_factor(unsigned freedom)
 {
-    unsigned known = sizeof student_975 / sizeof student_975[0];
+    unsigned known = sizeof student_t_975 / sizeof student_t_975[0];
     if (freedom == 0)
-        return student_975[0] / 1.96;
-    return freedom <= known ? student_975[freedom - 1] / 1.96 : 1.0 + 1.37 / (double)freedom;
+        return student_t_975[0] / 1.96;
+    return freedom <= known ? student_t_975[freedom - 1] / 1.96 : 1.0 + 1.37 / (double)freedom;
 }
 
 /* Chebyshev polynomials T_0 to T_order of scaled time and two derivatives by time: 1, 1/s,
@@ -64,7 +64,7 @@ static double add_in_quadrature(double a, double b)
     return sqrt(a * a + b * b);
 }
 
-static double eval_fit(const struct mr_gates_fit *fit, const double *terms)
+static double evaluate_fit(const struct mr_gates_fit *fit, const double *terms)
 {
     double sum = 0.0;
     for (unsigned k = 0; k <= fit->order; k++)
@@ -173,14 +173,14 @@ enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned 
     for (size_t g = 0; g < count; g++) {
         double value[TERM_COUNT];
         compute_values(fit, scale_time(fit, gates[g].t_s), value);
-        double residual = gates[g].station_ft - eval_fit(fit, value);
+        double residual = gates[g].station_ft - evaluate_fit(fit, value);
         squares += residual * residual;
     }
     fit->residual_ft = count > terms ? sqrt(squares / (double)(count - terms)) : 0.0;
 
     double deviation = position_error_ft;
-    if (count > terms &&
-        squares > mr_chi_square((unsigned)count - terms, MR_SIGMA_1_IN_100) * deviation * deviation)
+    if (count > terms && squares > mr_chi_square_limit((unsigned)count - terms, MR_SIGMA_1_IN_100) *
+                                       deviation * deviation)
         deviation = fit->residual_ft * mr_gates_student_factor((unsigned)count - terms);
     invert_factored(matrix, terms, deviation * deviation, fit->covariance);
     return MR_OK;
@@ -204,33 +204,33 @@ enum mr_status mr_gates_fit_best(const struct mr_gate *gates, size_t count,
             break;
         double gain = (sum_of_squares(fit) - sum_of_squares(&higher)) /
                       (position_error_ft * position_error_ft);
-        if (gain > mr_chi_square(order - fit->order, MR_SIGMA_1_IN_100))
+        if (gain > mr_chi_square_limit(order - fit->order, MR_SIGMA_1_IN_100))
             *fit = higher;
     }
     return MR_OK;
 }
 
-void mr_gates_motion_at(const struct mr_gates_fit *fit, double t_s,
-                        struct mr_motion_estimate *motion)
+void mr_gates_motion_at_time(const struct mr_gates_fit *fit, double t_s,
+                             struct mr_motion_estimate *motion)
 {
     struct basis basis;
     compute_basis(fit, t_s, &basis);
     motion->t_s = t_s;
-    motion->position_ft = (struct mr_estimate){eval_fit(fit, basis.value),
+    motion->position_ft = (struct mr_estimate){evaluate_fit(fit, basis.value),
                                                compute_standard_error(fit, basis.value)};
-    motion->speed_ft_s = (struct mr_estimate){eval_fit(fit, basis.first_derivative),
+    motion->speed_ft_s = (struct mr_estimate){evaluate_fit(fit, basis.first_derivative),
                                               compute_standard_error(fit, basis.first_derivative)};
     motion->deceleration_ft_s2 = (struct mr_estimate){(double)NAN, (double)NAN};
     if (fit->order >= 2)
         motion->deceleration_ft_s2 =
-            (struct mr_estimate){-eval_fit(fit, basis.second_derivative),
+            (struct mr_estimate){-evaluate_fit(fit, basis.second_derivative),
                                  compute_standard_error(fit, basis.second_derivative)};
 }
 
 static bool is_parabola(const struct mr_gates_fit *fit, double position_error_ft)
 {
     unsigned freedom = fit->count - 3;
-    return freedom == 0 || sum_of_squares(fit) <= mr_chi_square(freedom, MR_SIGMA_1_IN_100) *
+    return freedom == 0 || sum_of_squares(fit) <= mr_chi_square_limit(freedom, MR_SIGMA_1_IN_100) *
                                                       position_error_ft * position_error_ft;
 }
 
@@ -245,7 +245,7 @@ static bool fit_without_gate(const struct mr_gate *gates, size_t count, size_t o
     if (mr_gates_fit(rest, count - 1, 2, position_error_ft, fit) != MR_OK ||
         !is_parabola(fit, position_error_ft))
         return false;
-    mr_gates_motion_at(fit, gates[out].t_s, &there);
+    mr_gates_motion_at_time(fit, gates[out].t_s, &there);
     double off_ft = fabs(gates[out].station_ft - there.position_ft.value);
     return off_ft >
            MR_GATE_OUTLIER_SIGMA * add_in_quadrature(position_error_ft, there.position_ft.error);
@@ -253,8 +253,8 @@ static bool fit_without_gate(const struct mr_gate *gates, size_t count, size_t o
 
 /* One step of the outlier search: tries the next gate. Returns false when the search has ended; if
  * it found an outlier, `fit` is the fit of the other gates. */
-static bool search_outlier(const struct mr_gate *gates, size_t count, double position_error_ft,
-                           struct mr_gates_fit *fit, struct mr_gates_search *search)
+static bool test_next_outlier(const struct mr_gate *gates, size_t count, double position_error_ft,
+                              struct mr_gates_fit *fit, struct mr_gates_search *search)
 {
     struct mr_gates_fit without;
     if (count > 5 && search->next < count) {
@@ -283,11 +283,11 @@ enum mr_status mr_gates_latest_motion(const struct mr_gate *gates, size_t count,
                                          position_error_ft, &fit);
     struct mr_gates_search search = {0};
     if (status == MR_OK && used == MR_GATES_ONLINE_MAX && !is_parabola(&fit, position_error_ft)) {
-        while (search_outlier(gates + (count - used), used, position_error_ft, &fit, &search)) {
+        while (test_next_outlier(gates + (count - used), used, position_error_ft, &fit, &search)) {
         }
     }
     if (status == MR_OK)
-        mr_gates_motion_at(&fit, gates[count - 1].t_s, motion);
+        mr_gates_motion_at_time(&fit, gates[count - 1].t_s, motion);
     return status;
 }
 
@@ -301,13 +301,15 @@ static bool find_crossing(const struct mr_gates_fit *fit, bool speed, double sig
         double mid_s = 0.5 * (low_s + high_s);
         compute_basis(fit, mid_s, &basis);
         double excess = sign *
-                        (eval_fit(fit, speed ? basis.first_derivative : basis.value) - target);
+                        (evaluate_fit(fit, speed ? basis.first_derivative : basis.value) - target);
         if (i == 0) {
             struct basis low, high;
             compute_basis(fit, low_s, &low);
             compute_basis(fit, high_s, &high);
-            if (sign * (eval_fit(fit, speed ? low.first_derivative : low.value) - target) > 0.0 ||
-                sign * (eval_fit(fit, speed ? high.first_derivative : high.value) - target) < 0.0)
+            if (sign * (evaluate_fit(fit, speed ? low.first_derivative : low.value) - target) >
+                    0.0 ||
+                sign * (evaluate_fit(fit, speed ? high.first_derivative : high.value) - target) <
+                    0.0)
                 return false;
         }
         if (excess < 0.0)
@@ -331,14 +333,14 @@ enum mr_status mr_gates_motion_at_station(const struct mr_gates_fit *fit, double
     if (!find_crossing(fit, false, 1.0, station_ft, first_s - (beyond_last ? 0.0 : margin_s),
                        last_s + (beyond_last ? margin_s : 0.0), &t_s))
         return MR_NUMERICS;
-    mr_gates_motion_at(fit, t_s, motion);
+    mr_gates_motion_at_time(fit, t_s, motion);
     /* Convert the uncertainty of the position at a time to that of the time at a station: dt/dc =
      * -T/v, so dv/dc = T' + a_dec T/v. */
     compute_basis(fit, t_s, &basis);
     double speed_ft_s = motion->speed_ft_s.value;
     for (unsigned k = 0; k <= fit->order; k++)
         gradient[k] = basis.first_derivative[k] -
-                      eval_fit(fit, basis.second_derivative) * basis.value[k] / speed_ft_s;
+                      evaluate_fit(fit, basis.second_derivative) * basis.value[k] / speed_ft_s;
     motion->speed_ft_s.error = compute_standard_error(fit, gradient);
     return MR_OK;
 }
@@ -351,13 +353,13 @@ static bool extrapolate_stop(const struct mr_gates_fit *fit, struct mr_estimate 
     double last_s = fit->mid_s + fit->half_s;
     double stop_s;
 
-    mr_gates_motion_at(fit, last_s, &last);
+    mr_gates_motion_at_time(fit, last_s, &last);
     if (!(last.deceleration_ft_s2.value > 0.0) || !(last.speed_ft_s.value > 0.0))
         return false;
     double horizon_s = 4.0 * last.speed_ft_s.value / last.deceleration_ft_s2.value;
     if (!find_crossing(fit, true, -1.0, 0.0, last_s, last_s + horizon_s, &stop_s))
         return false;
-    mr_gates_motion_at(fit, stop_s, &stop);
+    mr_gates_motion_at_time(fit, stop_s, &stop);
     if (!(stop.deceleration_ft_s2.value > 0.0))
         return false;
     *t_s = (struct mr_estimate){stop_s, stop.speed_ft_s.error / stop.deceleration_ft_s2.value};
@@ -483,7 +485,7 @@ static enum mr_status fit_uniform_braking(struct mr_final_fit *work)
     enum mr_status status;
     if (!work->is_begun) {
         status = late ? begin_late_brake(gates, count, work->on_track, fit)
-               : attempt == MR_FINAL_NO_WORST
+               : attempt == MR_FINAL_WITHOUT_WORST_GATE
                    ? begin_without_worst_gate(gates, count, work->position_error_ft, fit)
                    : begin_braking(gates, count, work->touchdown_ft, 0, fit);
         work->is_begun = status == MR_OK;
@@ -491,7 +493,7 @@ static enum mr_status fit_uniform_braking(struct mr_final_fit *work)
         if (late && !work->is_begun && mr_braking_is_accepted(fit))
             return MR_OK;
         if (late && !work->is_begun)
-            work->attempt = MR_FINAL_NO_WORST;
+            work->attempt = MR_FINAL_WITHOUT_WORST_GATE;
         return work->is_begun || late ? MR_TOO_FEW : MR_LIMIT;
     }
     if (iterate_fit(gates, count, work->position_error_ft, fit, &status))
@@ -504,7 +506,9 @@ static enum mr_status fit_uniform_braking(struct mr_final_fit *work)
                         (!holds || fit->delay_s > MR_BRAKE_DELAY_S + 2.0 * MR_BRAKE_DELAY_ERROR_S);
     if (holds && !perhaps_late)
         return MR_OK;
-    work->attempt = perhaps_late ? MR_FINAL_LATE_BRAKE : late ? MR_FINAL_REFIT : MR_FINAL_NO_WORST;
+    work->attempt = perhaps_late ? MR_FINAL_LATE_BRAKE
+                  : late         ? MR_FINAL_REFIT
+                                 : MR_FINAL_WITHOUT_WORST_GATE;
     return MR_TOO_FEW;
 }
 
@@ -601,8 +605,8 @@ static void find_outlier_gate(struct mr_final_fit *work)
 {
     const struct mr_gate *gates = get_last_gates(work);
     struct mr_gates_search *search = &work->end_fit.search;
-    if (search_outlier(gates, work->end_fit.used, work->position_error_ft, &work->end_fit.fit,
-                       search))
+    if (test_next_outlier(gates, work->end_fit.used, work->position_error_ft, &work->end_fit.fit,
+                          search))
         return;
     if (!search->found) {
         work->end_fit.used--;
@@ -611,7 +615,7 @@ static void find_outlier_gate(struct mr_final_fit *work)
     }
     struct mr_motion_estimate there;
     const struct mr_gate *outlier = &gates[search->outlier];
-    mr_gates_motion_at(&work->end_fit.fit, outlier->t_s, &there);
+    mr_gates_motion_at_time(&work->end_fit.fit, outlier->t_s, &there);
     work->summary.outlier |= 1u << (outlier - work->gates);
     work->summary.late_s[outlier - work->gates] = (there.position_ft.value - outlier->station_ft) /
                                                   there.speed_ft_s.value;
@@ -756,14 +760,14 @@ static enum mr_status set_start_values(const struct mr_gate *gates, size_t count
     if (status != MR_OK)
         return status;
     const struct mr_gate *last = &used[total - 1];
-    mr_gates_motion_at(&parabola, parabola.mid_s, &there);
+    mr_gates_motion_at_time(&parabola, parabola.mid_s, &there);
     fit->deceleration_ft_s2 = there.deceleration_ft_s2.value;
     if (on_track >= 2) {
         const struct mr_gate *first = &used[0], *second = &used[on_track - 1];
         fit->speed_ft_s = (second->station_ft - first->station_ft) / (second->t_s - first->t_s);
         fit->touchdown_s = first->t_s + (fit->touchdown_ft - first->station_ft) / fit->speed_ft_s;
     } else { /* extrapolate back from the first gate after touchdown */
-        mr_gates_motion_at(&parabola, used[skip].t_s, &there);
+        mr_gates_motion_at_time(&parabola, used[skip].t_s, &there);
         double back_ft = used[skip].station_ft - fit->touchdown_ft,
                speed_ft_s = there.speed_ft_s.value;
         double square = speed_ft_s * speed_ft_s + 2.0 * fit->deceleration_ft_s2 * back_ft;
@@ -850,11 +854,11 @@ static enum mr_status begin_late_brake(const struct mr_gate *gates, size_t count
     if (last < LATE_GATES || mr_gates_fit(gates + count - last, last, 2, 1.0, &parabola) != MR_OK ||
         begin_braking(gates, count, fit->touchdown_ft, 0, &late) != MR_OK)
         return MR_LIMIT;
-    mr_gates_motion_at(&parabola, gates[count - 1].t_s, &end);
+    mr_gates_motion_at_time(&parabola, gates[count - 1].t_s, &end);
     late.deceleration_ft_s2 = end.deceleration_ft_s2.value;
     double onset_s = gates[count - 1].t_s -
                      (late.speed_ft_s - end.speed_ft_s.value) / late.deceleration_ft_s2;
-    mr_gates_motion_at(&parabola, onset_s, &onset);
+    mr_gates_motion_at_time(&parabola, onset_s, &onset);
     double rolled_ft = late.speed_ft_s * (onset_s - late.touchdown_s);
     late.is_brake_late = true;
     late.degrees_of_freedom--;
@@ -907,7 +911,7 @@ enum mr_status mr_braking_fit(const struct mr_gate *gates, size_t count, double 
     return status;
 }
 
-double mr_chi_square(unsigned freedom, double deviations)
+double mr_chi_square_limit(unsigned freedom, double deviations)
 {
     double k = (double)freedom, part = 2.0 / (9.0 * k);
     double root = 1.0 - part + deviations * sqrt(part);
@@ -917,7 +921,7 @@ double mr_chi_square(unsigned freedom, double deviations)
 bool mr_braking_is_accepted(const struct mr_braking *fit)
 {
     return fit->degrees_of_freedom == 0 ||
-           fit->chi_square <= mr_chi_square(fit->degrees_of_freedom, MR_SIGMA_1_IN_1000);
+           fit->chi_square <= mr_chi_square_limit(fit->degrees_of_freedom, MR_SIGMA_1_IN_1000);
 }
 
 /* Finds the gate whose removal lowers chi-square most (exact for a linear model). */

@@ -77,8 +77,8 @@ enum mr_status mr_gates_latest_motion(const struct mr_gate *gates, size_t count,
                                       double position_error_ft, struct mr_motion_estimate *motion);
 
 /* Motion at a time. Outside the gates the fit is extrapolated, with larger errors. */
-void mr_gates_motion_at(const struct mr_gates_fit *fit, double t_s,
-                        struct mr_motion_estimate *motion);
+void mr_gates_motion_at_time(const struct mr_gates_fit *fit, double t_s,
+                             struct mr_motion_estimate *motion);
 
 /* Motion at the time when the fit passes `station_ft`. The search covers the gates and 1.5 mean
  * intervals before the first gate or beyond the last one. MR_OK; MR_NUMERICS: the fit does not pass
@@ -221,7 +221,7 @@ enum mr_status mr_braking_summarise(const struct mr_braking *fit, struct mr_gate
  * MR_SIGMA_1_IN_100 and within 3.1 % for MR_SIGMA_1_IN_1000. */
 #define MR_SIGMA_1_IN_100  2.3263479
 #define MR_SIGMA_1_IN_1000 3.0902323
-double mr_chi_square(unsigned freedom, double deviations);
+double mr_chi_square_limit(unsigned freedom, double deviations);
 
 /* ---- the final fit in steps ---- */
 
@@ -243,10 +243,10 @@ enum mr_final_stage {
 
 /* Ways of describing the gates by one deceleration, tried in this order. */
 enum mr_final_attempt {
-    MR_FINAL_PROMPT_BRAKE, /* the brake acts at touchdown */
-    MR_FINAL_LATE_BRAKE,   /* the brake acts later than at touchdown */
-    MR_FINAL_REFIT,        /* the same as MR_FINAL_PROMPT_BRAKE, to find the worst gate */
-    MR_FINAL_NO_WORST,     /* as MR_FINAL_PROMPT_BRAKE, without the worst gate */
+    MR_FINAL_PROMPT_BRAKE,       /* the brake acts at touchdown */
+    MR_FINAL_LATE_BRAKE,         /* the brake acts later than at touchdown */
+    MR_FINAL_REFIT,              /* the same as MR_FINAL_PROMPT_BRAKE, to find the worst gate */
+    MR_FINAL_WITHOUT_WORST_GATE, /* as MR_FINAL_PROMPT_BRAKE, without the worst gate */
 };
 
 /* Search among the last gates for a gate without which all the others lie on a parabola. */

@@ -12,7 +12,7 @@ static bool is_in_flash(const struct mr_image *image)
            image->program_end <= MR_FLASH + MR_FLASH_BYTES;
 }
 
-enum mr_status mr_image_get(struct mr_image *image, const uint8_t head[MR_IMAGE_HEAD_BYTES])
+enum mr_status mr_image_decode(struct mr_image *image, const uint8_t head[MR_IMAGE_HEAD_BYTES])
 {
     const uint8_t *p = head + MR_IMAGE_OFFSET;
     memset(image, 0, sizeof *image);
@@ -37,7 +37,7 @@ enum mr_status mr_image_get(struct mr_image *image, const uint8_t head[MR_IMAGE_
     return is_in_flash(image) ? MR_OK : MR_MALFORMED;
 }
 
-void mr_image_put(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD_BYTES])
+void mr_image_encode(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD_BYTES])
 {
     uint8_t *p = mr_put_u32(head + MR_IMAGE_OFFSET, MR_IMAGE_MAGIC);
     p = mr_put_u16(mr_put_u16(p, MR_IMAGE_FORMAT), MR_IMAGE_BYTES);
@@ -79,7 +79,7 @@ const struct mr_board *mr_board_by_number(unsigned number)
     return number < BOARD_COUNT && boards[number].name ? &boards[number] : NULL;
 }
 
-int mr_board_by_name(const char *name)
+int mr_board_number_by_name(const char *name)
 {
     for (unsigned i = 0; i < BOARD_COUNT; i++) {
         if (boards[i].name && strcmp(boards[i].name, name) == 0)

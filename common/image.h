@@ -58,9 +58,9 @@ struct mr_image {
 /* Reads the header from the first MR_IMAGE_HEAD_BYTES bytes of flash. MR_OK; MR_UNKNOWN: no header;
  * MR_VERSION: a different format; MR_CRC: vectors or header are damaged, or stamp.c has not filled
  * the header (`image` is set nevertheless); MR_MALFORMED: the program is outside the flash. */
-enum mr_status mr_image_get(struct mr_image *image, const uint8_t head[MR_IMAGE_HEAD_BYTES]);
+enum mr_status mr_image_decode(struct mr_image *image, const uint8_t head[MR_IMAGE_HEAD_BYTES]);
 /* Writes the header into `head`, which already holds the vectors, and computes header_crc. */
-void mr_image_put(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD_BYTES]);
+void mr_image_encode(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD_BYTES]);
 
 /* Writes the commit as text: "c7a3136ab3a3", "c7a3136ab3a3-dirty" or "unknown". */
 void mr_image_commit_text(uint32_t commit, uint16_t commit_more, bool changed,
@@ -85,6 +85,6 @@ struct mr_board {
 /* Board with this number, or NULL. Static storage. */
 const struct mr_board *mr_board_by_number(unsigned number);
 /* Number of the board with this name, or -1. */
-int mr_board_by_name(const char *name);
+int mr_board_number_by_name(const char *name);
 
 #endif

@@ -106,8 +106,8 @@ static inline float update_joint_pull(struct mr_chain *chain,
     return pull.lb;
 }
 
-static inline float update_joint_now(struct mr_chain *chain,
-                                     const struct chain_constants *constants, unsigned j)
+static inline float update_joint_at_present_gap(struct mr_chain *chain,
+                                                const struct chain_constants *constants, unsigned j)
 {
     return update_joint_pull(chain, constants, j,
                              chain->gap_ft[j] + (chain->u_ft[j] - chain->u_ft[j - 1u]),
@@ -181,10 +181,10 @@ void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
     }
     for (unsigned bay = chain->low_bay; bay <= chain->high_bay; bay++) {
         if (chain->is_awake[bay])
-            left_lb = step_bay(
-                chain, &constants, bay,
-                carried ? left_lb
-                        : update_joint_now(chain, &constants, get_first_group_of_bay(bay)));
+            left_lb = step_bay(chain, &constants, bay,
+                               carried ? left_lb
+                                       : update_joint_at_present_gap(chain, &constants,
+                                                                     get_first_group_of_bay(bay)));
         carried = chain->is_awake[bay];
     }
     chain->push_lb[wheel] = pushed_lb;

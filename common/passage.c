@@ -66,14 +66,14 @@ static void add_gate(struct mr_passage *passage, const struct mr_passage_edge *e
                          .station_ft = edge->station_ft};
 }
 
-static void reject_held_edges(struct mr_passage *passage, enum mr_switch_reason reason)
+static void reject_pending_edges(struct mr_passage *passage, enum mr_switch_reason reason)
 {
     for (unsigned i = 0; i < passage->held_count; i++)
         add_event(passage, &passage->held[i], reason);
     passage->held_count = 0;
 }
 
-static void hold_edge(struct mr_passage *passage, const struct mr_passage_edge *edge)
+static void add_pending_edge(struct mr_passage *passage, const struct mr_passage_edge *edge)
 {
     if (passage->held_count == MR_PASSAGE_HELD_MAX) {
         add_event(passage, &passage->held[0], MR_SWITCH_OUT_OF_ORDER);
@@ -111,7 +111,7 @@ static bool add_pushback_edge(struct mr_passage *passage, const struct mr_passag
     passage->pushed_position = edge->position;
     if (first && passage->pushbacks < UINT16_MAX)
         passage->pushbacks++;
-    reject_held_edges(passage, reason);
+    reject_pending_edges(passage, reason);
     if (passage->state != MR_PASSAGE_ROLLING)
         passage->state = MR_PASSAGE_PUSHED;
     return first;
@@ -137,7 +137,7 @@ static struct mr_passage_changes handle_first_edges(struct mr_passage *passage,
     } else if (passage->state == MR_PASSAGE_NONE) {
         passage->state = MR_PASSAGE_UNDECIDED;
     }
-    hold_edge(passage, edge);
+    add_pending_edge(passage, edge);
     return changes;
 }
 
@@ -203,14 +203,14 @@ bool mr_passage_on_block(struct mr_passage *passage, uint32_t block)
     passage->is_pushing = false;
     if (passage->state == MR_PASSAGE_NONE || passage->state == MR_PASSAGE_ROLLING)
         return false;
-    reject_held_edges(passage, passage->state != MR_PASSAGE_PUSHED ? MR_SWITCH_ALONE
-                               : passage->pushed_ft_s < 0.0        ? MR_SWITCH_REVERSE
-                                                                   : MR_SWITCH_SLOW);
+    reject_pending_edges(passage, passage->state != MR_PASSAGE_PUSHED ? MR_SWITCH_SINGLE
+                                  : passage->pushed_ft_s < 0.0        ? MR_SWITCH_REVERSE
+                                                                      : MR_SWITCH_SLOW);
     passage->state = MR_PASSAGE_NONE;
     return true;
 }
 
-bool mr_passage_is_unclear(const struct mr_passage *passage, uint32_t block)
+bool mr_passage_is_ambiguous(const struct mr_passage *passage, uint32_t block)
 {
     return passage->state == MR_PASSAGE_PUSHED ||
            (passage->state == MR_PASSAGE_UNDECIDED &&

@@ -98,6 +98,6 @@ bool mr_passage_on_block(struct mr_passage *passage, uint32_t block);
 
 /* True while held edges may be the beginning of a landing or of a push-back, or while a push-back
  * is in progress. The caller must not start warnings or measure zeros then. */
-bool mr_passage_is_unclear(const struct mr_passage *passage, uint32_t block);
+bool mr_passage_is_ambiguous(const struct mr_passage *passage, uint32_t block);
 
 #endif

@@ -76,7 +76,7 @@ static float compute_thrust_lb(const struct mr_predictor *p)
 
 /* Returns a number that is uniform over 0..1 for consecutive i: the fractional part of i times an
  * irrational number (`multiplier` / 2^32), to 24 bits. */
-static float get_uniform_share(uint32_t i, uint32_t multiplier)
+static float draw_uniform_share(uint32_t i, uint32_t multiplier)
 {
     return (float)(i * multiplier >> 8) * (1.0f / 16777216.0f);
 }
@@ -85,7 +85,7 @@ static float get_uniform_share(uint32_t i, uint32_t multiplier)
 static float get_grit_share(unsigned joint)
 {
     /* the multiplier is 2^32 (sqrt 5 - 1) / 2 */
-    return 2.0f * get_uniform_share(joint, 2654435769u);
+    return 2.0f * draw_uniform_share(joint, 2654435769u);
 }
 
 /* --- openings --- */
@@ -95,7 +95,7 @@ static void reset_gaps(struct mr_predictor *p)
     float slack_ft = p->config.chain.slack_ft;
     for (unsigned j = 0; j <= MR_CHAIN_MATS; j++) {
         /* the multiplier is 2^32 (sqrt 2 - 1) */
-        float gap_ft = LAID_GAP_MAX_IN / IN_PER_FT * get_uniform_share(j + 1u, 1779033704u);
+        float gap_ft = LAID_GAP_MAX_IN / IN_PER_FT * draw_uniform_share(j + 1u, 1779033704u);
         p->gap_ft[j] = gap_ft < slack_ft ? gap_ft : slack_ft;
     }
 }
@@ -120,8 +120,8 @@ static void rescale_gaps(float *gap_ft, unsigned count, float have_ft, float sum
  * joints with the least resistance first; to increase it, opens those with the most resistance
  * first: after a wheel has pushed mats together, a few wide gaps are more likely than many narrow
  * ones. */
-static void change_gap_sum(float *gap_ft, unsigned first, unsigned count, float missing_ft,
-                           float slack_ft)
+static void set_gap_sum(float *gap_ft, unsigned first, unsigned count, float missing_ft,
+                        float slack_ft)
 {
     bool taken[MR_MATS_PER_SEGMENT] = {false};
     for (unsigned pass = 0; pass < count && missing_ft != 0.0f; pass++) {
@@ -186,7 +186,7 @@ void mr_predictor_set_survey(struct mr_predictor *p, const float *sum_in)
                 p->gap_ft[first + j] = 0.0f;
             off_ft = sum_in[s] / IN_PER_FT;
         }
-        change_gap_sum(p->gap_ft, first, count, off_ft, slack_ft);
+        set_gap_sum(p->gap_ft, first, count, off_ft, slack_ft);
     }
 }
 
@@ -204,8 +204,8 @@ void mr_predictor_mark_surveyed(struct mr_predictor *p, const float *sum_in)
 }
 
 /* Computes the result from transducers and survey alone, without the model. */
-void mr_predictor_find_kinematic(const struct mr_predictor *p, struct mr_closure_zone *zone,
-                                 float *left_in)
+void mr_predictor_find_kinematic_zone(const struct mr_predictor *p, struct mr_closure_zone *zone,
+                                      float *left_in)
 {
     float slack_in[MR_SEGMENTS], moved_in[MR_TRANSDUCERS];
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -227,12 +227,12 @@ static void set_gaps_from_readings(struct mr_predictor *p)
 {
     struct mr_closure_zone zone;
     float left_in[MR_SEGMENTS];
-    mr_predictor_find_kinematic(p, &zone, left_in);
+    mr_predictor_find_kinematic_zone(p, &zone, left_in);
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         float off_ft = left_in[s] / IN_PER_FT - sum_gaps_ft(p, s);
         if (off_ft < 0.0f)
-            change_gap_sum(p->gap_ft, s * MR_MATS_PER_SEGMENT, count_segment_joints(p, s), off_ft,
-                           p->config.chain.slack_ft);
+            set_gap_sum(p->gap_ft, s * MR_MATS_PER_SEGMENT, count_segment_joints(p, s), off_ft,
+                        p->config.chain.slack_ft);
     }
 }
 
@@ -255,7 +255,7 @@ static void set_gaps_from_chain(struct mr_predictor *p)
         to_ft = to_ft < 0.0f                    ? 0.0f
               : to_ft > slack_ft * (float)count ? slack_ft * (float)count
                                                 : to_ft;
-        change_gap_sum(p->gap_ft, first, count, to_ft - have_ft, slack_ft);
+        set_gap_sum(p->gap_ft, first, count, to_ft - have_ft, slack_ft);
     }
 }
 
@@ -509,7 +509,7 @@ void mr_predictor_save(const struct mr_predictor *p, struct mr_predictor_state *
     state->landings = (uint16_t)(p->landings < UINT16_MAX ? p->landings : UINT16_MAX);
     state->scale = p->scale;
     for (unsigned j = 0; j < get_joint_count(p); j++)
-        state->gap_hmil[j] = (uint16_t)(p->gap_ft[j] * HMIL_PER_FT + 0.5f);
+        state->gap_counts[j] = (uint16_t)(p->gap_ft[j] * HMIL_PER_FT + 0.5f);
 }
 
 enum mr_status mr_predictor_load(struct mr_predictor *p, const struct mr_predictor_state *state)
@@ -519,13 +519,13 @@ enum mr_status mr_predictor_load(struct mr_predictor *p, const struct mr_predict
         !(state->scale >= SCALE_MIN && state->scale <= SCALE_MAX))
         return MR_MALFORMED;
     for (unsigned j = 0; j < get_joint_count(p); j++) {
-        if (state->gap_hmil[j] > most_hmil)
+        if (state->gap_counts[j] > most_hmil)
             return MR_MALFORMED;
     }
     p->landings = state->landings;
     p->scale = state->scale;
     for (unsigned j = 0; j < get_joint_count(p); j++)
-        p->gap_ft[j] = (float)state->gap_hmil[j] / HMIL_PER_FT;
+        p->gap_ft[j] = (float)state->gap_counts[j] / HMIL_PER_FT;
     enum mr_status status = start_chain(p);
     if (status == MR_OK)
         complete_scan(p);
@@ -612,7 +612,7 @@ static float compute_spring_force_lb(struct mr_predictor *p, unsigned i, unsigne
     return force_lb;
 }
 
-static void apply_springs(struct mr_predictor *p, const struct mr_predictor_input *input)
+static void correct_with_springs(struct mr_predictor *p, const struct mr_predictor_input *input)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         unsigned mat = find_mat_at_station(p, p->config.station_ft[i]);
@@ -672,7 +672,7 @@ static void push_joints_closed(struct mr_predictor *p, unsigned n)
     }
 }
 
-static void roll_wheel(struct mr_predictor *p, const struct mr_predictor_input *input)
+static void advance_wheel(struct mr_predictor *p, const struct mr_predictor_input *input)
 {
     float push_lb = input->is_on_runway && input->speed_ft_s > 0.0f ? compute_thrust_lb(p) : 0.0f;
     if (p->level == MR_PREDICTOR_PLOUGH) {
@@ -741,7 +741,7 @@ static void apply_budget(struct mr_predictor *p, bool is_interval_end)
         change_level(p, p->level - 1);
 }
 
-void mr_predictor_choose_cheaper(struct mr_predictor *p)
+void mr_predictor_reduce_level(struct mr_predictor *p)
 {
     if (!p->is_armed || p->level >= MR_PREDICTOR_PLOUGH)
         return;
@@ -776,12 +776,12 @@ void mr_predictor_on_block(struct mr_predictor *p, const struct mr_predictor_inp
         p->deceleration_ft_s2 = input->deceleration_ft_s2;
         p->braking = true;
     }
-    apply_springs(p, input);
+    correct_with_springs(p, input);
     if (p->level == MR_PREDICTOR_KINEMATIC || !known)
         return;
     uint32_t before = p->interval_updates;
     bool is_interval_end = p->block % MR_PREDICTOR_INTERVAL_BLOCKS == 0;
-    roll_wheel(p, input);
+    advance_wheel(p, input);
     continue_scan(p);
     if (is_interval_end)
         adapt_resistance(p);
@@ -822,7 +822,7 @@ static float get_position_ft(const struct mr_predictor *p, unsigned place, float
  * and the search in progress. */
 static void fill_zone(const struct mr_predictor *p, struct mr_predictor_zone *zone)
 {
-    const struct mr_zonescan_found *found = &p->found_zone;
+    const struct mr_zonescan_result *found = &p->found_zone;
     unsigned group = p->found_group, coming = found->future_groups, place = found->future_position;
     float group_ft = p->config.chain.mat_length_ft * (float)group;
     zone->compression_lb = p->level == MR_PREDICTOR_PLOUGH && p->speed_ft_s > 0.0f
@@ -856,7 +856,7 @@ static void fill_kinematic_zone(const struct mr_predictor *p, struct mr_predicto
 {
     struct mr_closure_zone found;
     float left_in[MR_SEGMENTS];
-    mr_predictor_find_kinematic(p, &found, left_in);
+    mr_predictor_find_kinematic_zone(p, &found, left_in);
     zone->mats = zone->future_mats = found.mats;
     zone->start_ft = found.start_ft;
     zone->end_ft = found.end_ft;

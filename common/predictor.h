@@ -109,12 +109,12 @@ struct mr_predictor_zone {
 struct mr_predictor {
     struct mr_predictor_config config;
     struct mr_chain chain;
-    struct mr_zonescan scan;             /* search in progress */
-    struct mr_zonescan_found found_zone; /* result of the last complete search */
-    float scan_deceleration_ft_s2;       /* deceleration at the start of the search in progress */
-    bool is_scan_restarted;              /* the search in progress replaced an incomplete one */
-    uint8_t found_group;                 /* mats per group in `found_zone` */
-    float gap_ft[MR_CHAIN_MATS + 1u];    /* gap of each joint when the chain was started */
+    struct mr_zonescan scan;              /* search in progress */
+    struct mr_zonescan_result found_zone; /* result of the last complete search */
+    float scan_deceleration_ft_s2;        /* deceleration at the start of the search in progress */
+    bool is_scan_restarted;               /* the search in progress replaced an incomplete one */
+    uint8_t found_group;                  /* mats per group in `found_zone` */
+    float gap_ft[MR_CHAIN_MATS + 1u];     /* gap of each joint when the chain was started */
     /* at levels with groups: resistance against closing a whole group */
     float closing_lb[MR_CHAIN_MATS / 2u + 2u];
     /* sums of openings; NaN: not surveyed since the last landing */
@@ -160,7 +160,7 @@ struct mr_predictor_state {
     uint16_t mats;
     uint16_t landings;
     float scale;
-    uint16_t gap_hmil[MR_CHAIN_MATS + 1u];
+    uint16_t gap_counts[MR_CHAIN_MATS + 1u];
 };
 
 /* Starts with a runway without measurements. MR_USAGE: a parameter is impossible, or is
@@ -189,14 +189,14 @@ void mr_predictor_arm(struct mr_predictor *predictor);
 void mr_predictor_on_block(struct mr_predictor *predictor, const struct mr_predictor_input *input);
 /* Switches to the next cheaper level, as if the budget were exceeded. Call it if blocks are
  * waiting. */
-void mr_predictor_choose_cheaper(struct mr_predictor *predictor);
+void mr_predictor_reduce_level(struct mr_predictor *predictor);
 /* Current result. May be called in every block: it is cheap except at the level
  * MR_PREDICTOR_KINEMATIC, where it sums over all joints. */
 void mr_predictor_get_zone(const struct mr_predictor *predictor, struct mr_predictor_zone *zone);
 /* Result from transducers and survey only, without the model: the closed zone ahead, and in
  * `left_in` (MR_SEGMENTS values) the remaining sums of openings, NaN if unknown. */
-void mr_predictor_find_kinematic(const struct mr_predictor *predictor, struct mr_closure_zone *zone,
-                                 float *left_in);
+void mr_predictor_find_kinematic_zone(const struct mr_predictor *predictor,
+                                      struct mr_closure_zone *zone, float *left_in);
 /* Ends the landing: the present openings of the joints are the start of the next landing. */
 void mr_predictor_end_landing(struct mr_predictor *predictor);
 

@@ -13,9 +13,9 @@ static void put_numbers(uint8_t *p, const uint32_t numbers[3])
         p = mr_put_u32(p, numbers[i]);
 }
 
-void mr_proof_make(uint8_t proof[MR_PROOF_BYTES], const uint8_t key[MR_KEY_BYTES],
-                   const uint8_t nonce[MR_PROOF_BYTES], const uint8_t command[MR_COMMAND_BYTES],
-                   const uint32_t uid[3])
+void mr_proof_compute(uint8_t proof[MR_PROOF_BYTES], const uint8_t key[MR_KEY_BYTES],
+                      const uint8_t nonce[MR_PROOF_BYTES], const uint8_t command[MR_COMMAND_BYTES],
+                      const uint32_t uid[3])
 {
     uint8_t bytes[MR_PROOF_BYTES + MR_COMMAND_BYTES + NUMBERS_BYTES];
     memcpy(bytes, nonce, MR_PROOF_BYTES);
@@ -26,8 +26,8 @@ void mr_proof_make(uint8_t proof[MR_PROOF_BYTES], const uint8_t key[MR_KEY_BYTES
 
 /* Computes a nonce. A nonce is the hash of fewer bytes than a proof, so that no nonce is a valid
  * proof. */
-void mr_proof_nonce(uint8_t nonce[MR_PROOF_BYTES], const uint8_t key[MR_KEY_BYTES],
-                    const uint32_t numbers[3])
+void mr_proof_compute_nonce(uint8_t nonce[MR_PROOF_BYTES], const uint8_t key[MR_KEY_BYTES],
+                            const uint32_t numbers[3])
 {
     uint8_t bytes[NUMBERS_BYTES];
     put_numbers(bytes, numbers);

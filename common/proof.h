@@ -17,14 +17,14 @@
 
 /* `nonce` and `command` are the bytes of the messages; `uid` is the identifier that the board
  * reports. */
-void mr_proof_make(uint8_t proof[MR_PROOF_BYTES], const uint8_t key[MR_KEY_BYTES],
-                   const uint8_t nonce[MR_PROOF_BYTES], const uint8_t command[MR_COMMAND_BYTES],
-                   const uint32_t uid[3]);
+void mr_proof_compute(uint8_t proof[MR_PROOF_BYTES], const uint8_t key[MR_KEY_BYTES],
+                      const uint8_t nonce[MR_PROOF_BYTES], const uint8_t command[MR_COMMAND_BYTES],
+                      const uint32_t uid[3]);
 
 /* Computes a nonce of the board. The same `numbers` must never be used twice with one key. Nonces
  * cannot be predicted without the key. If they could, an impostor posing as the board could obtain
  * the proof of a later command in advance. */
-void mr_proof_nonce(uint8_t nonce[MR_PROOF_BYTES], const uint8_t key[MR_KEY_BYTES],
-                    const uint32_t numbers[3]);
+void mr_proof_compute_nonce(uint8_t nonce[MR_PROOF_BYTES], const uint8_t key[MR_KEY_BYTES],
+                            const uint32_t numbers[3]);
 
 #endif

@@ -43,8 +43,8 @@ void mr_risk_plan_clear(struct mr_risk_plan *plan)
 
 static float *get_plan_item_address(struct mr_risk_plan *plan, unsigned item)
 {
-    float *const list[] = {plan->row_ft_s2, plan->row_log_odds, plan->row_ft, plan->knot_s,
-                           plan->knot_ft_s2};
+    float *const list[] = {plan->chart_deceleration_ft_s2, plan->chart_log_odds,
+                           plan->chart_zone_ft, plan->plan_time_s, plan->plan_deceleration_ft_s2};
     static const unsigned count[] = {MR_RISK_CHART_ROWS, MR_RISK_CHART_ROWS, MR_RISK_CHART_ROWS,
                                      MR_RISK_PLAN_KNOTS, MR_RISK_PLAN_KNOTS};
     if (item < 2u)
@@ -89,7 +89,7 @@ uint32_t mr_risk_plan_crc(const struct mr_risk_plan *plan)
 static unsigned count_chart_rows(const struct mr_risk_plan *plan)
 {
     unsigned n = 0;
-    while (n < MR_RISK_CHART_ROWS && !__builtin_isnan(plan->row_ft_s2[n]))
+    while (n < MR_RISK_CHART_ROWS && !__builtin_isnan(plan->chart_deceleration_ft_s2[n]))
         n++;
     return n;
 }
@@ -97,7 +97,7 @@ static unsigned count_chart_rows(const struct mr_risk_plan *plan)
 static unsigned count_plan_knots(const struct mr_risk_plan *plan)
 {
     unsigned n = 0;
-    while (n < MR_RISK_PLAN_KNOTS && !__builtin_isnan(plan->knot_s[n]))
+    while (n < MR_RISK_PLAN_KNOTS && !__builtin_isnan(plan->plan_time_s[n]))
         n++;
     return n;
 }
@@ -108,21 +108,22 @@ enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan)
     if (!is_between(plan->speed_ft_s, 1.0f, 300.0f) || knots < 1u)
         return MR_USAGE;
     for (unsigned i = 0; i < knots; i++) {
-        if (!is_between(plan->knot_s[i], 0.0f, 60.0f) ||
-            !is_between(plan->knot_ft_s2[i], 0.0f, 64.0f) ||
-            (i && !(plan->knot_s[i] > plan->knot_s[i - 1u])))
+        if (!is_between(plan->plan_time_s[i], 0.0f, 60.0f) ||
+            !is_between(plan->plan_deceleration_ft_s2[i], 0.0f, 64.0f) ||
+            (i && !(plan->plan_time_s[i] > plan->plan_time_s[i - 1u])))
             return MR_USAGE;
     }
     /* With too little braking at the end of the plan, the wheel would never stop. */
-    if (!(plan->knot_ft_s2[knots - 1u] >= DECELERATION_MIN_FT_S2))
+    if (!(plan->plan_deceleration_ft_s2[knots - 1u] >= DECELERATION_MIN_FT_S2))
         return MR_USAGE;
     if (rows && !is_between(plan->landings, 0.0f, 65535.0f))
         return MR_USAGE;
     for (unsigned i = 0; i < rows; i++) {
-        if (!is_between(plan->row_ft_s2[i], DECELERATION_MIN_FT_S2, 64.0f) ||
-            !is_between(plan->row_log_odds[i], -20.0f, 20.0f) ||
-            (i && !(plan->row_ft_s2[i] > plan->row_ft_s2[i - 1u])) ||
-            !(__builtin_isnan(plan->row_ft[i]) || is_between(plan->row_ft[i], -100.0f, 1e4f)))
+        if (!is_between(plan->chart_deceleration_ft_s2[i], DECELERATION_MIN_FT_S2, 64.0f) ||
+            !is_between(plan->chart_log_odds[i], -20.0f, 20.0f) ||
+            (i && !(plan->chart_deceleration_ft_s2[i] > plan->chart_deceleration_ft_s2[i - 1u])) ||
+            !(__builtin_isnan(plan->chart_zone_ft[i]) ||
+              is_between(plan->chart_zone_ft[i], -100.0f, 1e4f)))
             return MR_USAGE;
     }
     return MR_OK;
@@ -141,30 +142,31 @@ static float interpolate(const float *x, const float *y, unsigned count, float a
     return y[count - 1u];
 }
 
-static float get_plan_ft_s2(const struct mr_risk_state *risk, float since_s)
+static float get_planned_deceleration_ft_s2(const struct mr_risk_state *risk, float since_s)
 {
-    return interpolate(risk->plan.knot_s, risk->plan.knot_ft_s2, count_plan_knots(&risk->plan),
-                       since_s);
+    return interpolate(risk->plan.plan_time_s, risk->plan.plan_deceleration_ft_s2,
+                       count_plan_knots(&risk->plan), since_s);
 }
 
 static bool is_following_plan(const struct mr_risk_state *risk)
 {
-    return risk->has_plan && !risk->has_left_plan;
+    return risk->has_plan && !risk->has_deviated_from_plan;
 }
 
 /* --- look ahead --- */
 
-/* Predicts the stop for the planned braking multiplied by plan_ratio (measured / planned), from
- * this speed. */
+/* Predicts the stop for the planned braking multiplied by speed_loss_ratio (measured / planned),
+ * from this speed. */
 static void predict_planned_braking(struct mr_risk_state *risk, float speed_ft_s)
 {
     float at_s = risk->since_touchdown_s, stopping_distance_ft = 0.0f, v_ft_s = speed_ft_s;
     for (unsigned i = 0; i < TIME_STEP_COUNT && v_ft_s > 0.0f; i++) {
-        float a_ft_s2 = get_plan_ft_s2(risk, at_s + 0.5f * STEP_S) * risk->plan_ratio;
+        float a_ft_s2 = get_planned_deceleration_ft_s2(risk, at_s + 0.5f * STEP_S) *
+                        risk->speed_loss_ratio;
         a_ft_s2 = a_ft_s2 < DECELERATION_MIN_FT_S2 ? DECELERATION_MIN_FT_S2 : a_ft_s2;
         if (a_ft_s2 > HARDER_BRAKING_RATIO * risk->hardest_braking_ft_s2) {
             risk->hardest_braking_ft_s2 = a_ft_s2;
-            risk->hardest_distance_ft = stopping_distance_ft;
+            risk->hardest_braking_distance_ft = stopping_distance_ft;
         }
         float step_s = v_ft_s < a_ft_s2 * STEP_S ? v_ft_s / a_ft_s2 : STEP_S;
         stopping_distance_ft += (v_ft_s - 0.5f * a_ft_s2 * step_s) * step_s;
@@ -173,7 +175,7 @@ static void predict_planned_braking(struct mr_risk_state *risk, float speed_ft_s
     }
     /* after TIME_STEP_COUNT steps, assume that the last deceleration continues */
     if (v_ft_s > 0.0f) {
-        float last_ft_s2 = get_plan_ft_s2(risk, at_s) * risk->plan_ratio;
+        float last_ft_s2 = get_planned_deceleration_ft_s2(risk, at_s) * risk->speed_loss_ratio;
         stopping_distance_ft += 0.5f * v_ft_s * v_ft_s /
                                 (last_ft_s2 < DECELERATION_MIN_FT_S2 ? DECELERATION_MIN_FT_S2
                                                                      : last_ft_s2);
@@ -188,7 +190,7 @@ static void predict_present_braking(struct mr_risk_state *risk, const struct mr_
     float a_ft_s2 = p->deceleration_ft_s2 > DECELERATION_MIN_FT_S2 ? p->deceleration_ft_s2
                                                                    : DECELERATION_MIN_FT_S2;
     risk->hardest_braking_ft_s2 = a_ft_s2;
-    risk->hardest_distance_ft = 0.0f;
+    risk->hardest_braking_distance_ft = 0.0f;
     risk->stopping_distance_ft = __builtin_isnan(speed_ft_s)
                                    ? MR_NAN
                                    : 0.5f * speed_ft_s * speed_ft_s / a_ft_s2;
@@ -196,7 +198,7 @@ static void predict_present_braking(struct mr_risk_state *risk, const struct mr_
 
 static void predict_braking(struct mr_risk_state *risk, const struct mr_predictor *p)
 {
-    risk->hardest_braking_ft_s2 = risk->hardest_distance_ft = 0.0f;
+    risk->hardest_braking_ft_s2 = risk->hardest_braking_distance_ft = 0.0f;
     if (is_following_plan(risk))
         predict_planned_braking(risk, __builtin_isnan(p->speed_ft_s) ? risk->plan.speed_ft_s
                                                                      : p->speed_ft_s);
@@ -213,7 +215,7 @@ static void begin_scan(struct mr_risk_state *risk, const struct mr_predictor *p)
     float wheel_ft = __builtin_isnan(p->wheel_ft) || p->wheel_ft < risk->touchdown_ft
                        ? risk->touchdown_ft
                        : p->wheel_ft;
-    float from_ft = wheel_ft + risk->hardest_distance_ft,
+    float from_ft = wheel_ft + risk->hardest_braking_distance_ft,
           to_ft = wheel_ft + risk->stopping_distance_ft;
     risk->scan_group = chain->group;
     risk->is_scanning = from_ft >= 0.0f && from_ft < end_ft && to_ft >= from_ft;
@@ -256,7 +258,7 @@ void mr_risk_arm(struct mr_risk_state *risk, const struct mr_risk_plan *plan,
                  const struct mr_predictor *p, float touchdown_ft)
 {
     *risk = (struct mr_risk_state){
-        .touchdown_ft = touchdown_ft, .plan_ratio = 1.0f, .touchdown_ft_s = MR_NAN};
+        .touchdown_ft = touchdown_ft, .speed_loss_ratio = 1.0f, .touchdown_ft_s = MR_NAN};
     mr_risk_plan_clear(&risk->plan);
     if (!plan)
         return;
@@ -266,24 +268,26 @@ void mr_risk_arm(struct mr_risk_state *risk, const struct mr_risk_plan *plan,
     risk->mean_ft_s2 = 0.5f * plan->speed_ft_s * plan->speed_ft_s / risk->stopping_distance_ft;
     bool has_chart = count_chart_rows(plan) > 0;
     risk->has_chart = has_chart && plan->landings == (float)p->landings;
-    risk->is_chart_old = has_chart && !risk->has_chart;
+    risk->is_chart_stale = has_chart && !risk->has_chart;
 }
 
 /* Compares the measured speed loss with the planned one. */
 static void compare_with_plan(struct mr_risk_state *risk, float speed_ft_s)
 {
-    risk->planned_loss_ft_s += BLOCK_S * get_plan_ft_s2(risk, risk->since_touchdown_s);
+    risk->planned_speed_loss_ft_s += BLOCK_S *
+                                     get_planned_deceleration_ft_s2(risk, risk->since_touchdown_s);
     bool off = risk->touchdown_ft_s > (1.0f + SPEED_TOLERANCE) * risk->plan.speed_ft_s ||
                risk->touchdown_ft_s < (1.0f - SPEED_TOLERANCE) * risk->plan.speed_ft_s;
-    if (risk->planned_loss_ft_s > COMPARED_LOSS_MIN_FT_S && speed_ft_s > 0.0f) {
-        float met = (risk->touchdown_ft_s - speed_ft_s) / risk->planned_loss_ft_s;
+    if (risk->planned_speed_loss_ft_s > COMPARED_LOSS_MIN_FT_S && speed_ft_s > 0.0f) {
+        float met = (risk->touchdown_ft_s - speed_ft_s) / risk->planned_speed_loss_ft_s;
         off = off || !is_between(met, PLAN_RATIO_MIN, PLAN_RATIO_MAX);
-        risk->plan_ratio = met < PLAN_RATIO_MIN ? PLAN_RATIO_MIN
-                         : met > PLAN_RATIO_MAX ? PLAN_RATIO_MAX
-                                                : met;
+        risk->speed_loss_ratio = met < PLAN_RATIO_MIN ? PLAN_RATIO_MIN
+                               : met > PLAN_RATIO_MAX ? PLAN_RATIO_MAX
+                                                      : met;
     }
     risk->deviating_blocks = (uint16_t)(off ? risk->deviating_blocks + 1u : 0u);
-    risk->has_left_plan = risk->has_left_plan || risk->deviating_blocks >= DEVIATION_MAX_BLOCKS;
+    risk->has_deviated_from_plan = risk->has_deviated_from_plan ||
+                                   risk->deviating_blocks >= DEVIATION_MAX_BLOCKS;
 }
 
 void mr_risk_on_block(struct mr_risk_state *risk, const struct mr_predictor *p,
@@ -379,10 +383,10 @@ static void set_zone_times(const struct mr_predictor *p, const struct mr_predict
 static unsigned find_risk_basis(const struct mr_risk_state *risk, const struct mr_predictor *p,
                                 const struct mr_predictor_zone *zone)
 {
-    unsigned basis = is_following_plan(risk) ? MR_RISK_OF_PLAN : 0u;
-    basis |= is_following_plan(risk) && risk->has_chart ? MR_RISK_OF_CHART : 0u;
-    basis |= risk->has_left_plan ? MR_RISK_PLAN_LEFT : 0u;
-    basis |= risk->is_chart_old ? MR_RISK_CHART_OLD : 0u;
+    unsigned basis = is_following_plan(risk) ? MR_RISK_PLAN_USED : 0u;
+    basis |= is_following_plan(risk) && risk->has_chart ? MR_RISK_CHART_USED : 0u;
+    basis |= risk->has_deviated_from_plan ? MR_RISK_PLAN_NOT_FOLLOWED : 0u;
+    basis |= risk->is_chart_stale ? MR_RISK_CHART_OUTDATED : 0u;
     basis |= zone->basis & MR_PREDICTOR_BLIND ? MR_RISK_BLIND : 0u;
     basis |= __builtin_isnan(p->wheel_ft) || __builtin_isnan(p->speed_ft_s) ? MR_RISK_NO_MOTION
                                                                             : 0u;
@@ -395,18 +399,18 @@ static enum mr_risk_reason find_risk_reason(const struct mr_risk_state *risk,
                                             const struct mr_risk_report *report)
 {
     if (__builtin_isnan(report->risk))
-        return MR_RISK_NOT_KNOWN;
+        return MR_RISK_UNKNOWN;
     if (report->basis & MR_RISK_STOPPED)
-        return MR_RISK_NO_REASON;
+        return MR_RISK_REASON_NONE;
     if (zone->mats >= MR_PREDICTOR_WARNING_MATS)
-        return MR_RISK_ZONE_THERE;
+        return MR_RISK_ZONE_AHEAD;
     if (zone->future_mats >= MR_PREDICTOR_WARNING_MATS)
-        return MR_RISK_ZONE_COMING;
+        return MR_RISK_ZONE_EXPECTED;
     if (risk->planned_mats >= MR_PREDICTOR_WARNING_MATS)
         return MR_RISK_ZONE_PLANNED;
-    return report->basis & MR_RISK_OF_CHART && report->input[MR_RISK_CHART] > 0.0f
-             ? MR_RISK_BY_ODDS
-             : MR_RISK_NO_REASON;
+    return report->basis & MR_RISK_CHART_USED && report->input[MR_RISK_CHART] > 0.0f
+             ? MR_RISK_ZONE_PROBABLE
+             : MR_RISK_REASON_NONE;
 }
 
 /* Without a chart, returns whether the plan is used. It is used before braking, and during braking
@@ -431,10 +435,10 @@ static void set_risk_inputs(struct mr_risk_state *risk, const struct mr_predicto
                        : p->wheel_ft;
     predict_braking(risk, p);
     bool planned = by_plan && is_plan_used(risk, p),
-         charted = by_plan && report->basis & MR_RISK_OF_CHART;
+         charted = by_plan && report->basis & MR_RISK_CHART_USED;
     if (!planned)
         predict_present_braking(risk, p);
-    mr_predictor_find_kinematic(p, &closed, left_in);
+    mr_predictor_find_kinematic_zone(p, &closed, left_in);
     x[MR_RISK_CONSTANT] = 1.0f;
     x[MR_RISK_FUTURE] = compute_zone_share(zone->future_mats);
     x[MR_RISK_KINEMATIC] = blind ? 0.0f : compute_zone_ratio(closed.mats);
@@ -453,9 +457,9 @@ static void set_risk_inputs(struct mr_risk_state *risk, const struct mr_predicto
                                  : 0.0f;
     x[MR_RISK_CHART] = 0.0f;
     if (charted) {
-        x[MR_RISK_CHART] = interpolate(risk->plan.row_ft_s2, risk->plan.row_log_odds,
-                                       count_chart_rows(&risk->plan),
-                                       risk->mean_ft_s2 * risk->plan_ratio);
+        x[MR_RISK_CHART] = interpolate(risk->plan.chart_deceleration_ft_s2,
+                                       risk->plan.chart_log_odds, count_chart_rows(&risk->plan),
+                                       risk->mean_ft_s2 * risk->speed_loss_ratio);
     }
     report->weight_set = (charted   ? MR_RISK_SET_BY_CHART
                           : planned ? MR_RISK_SET_BY_PLAN
@@ -479,7 +483,7 @@ void mr_risk_compute(struct mr_risk_state *risk, const struct mr_predictor *p,
     set_zone_times(p, zone, report);
     bool moves = !(report->basis & MR_RISK_NO_MOTION);
     /* without switches the motion, which the rule needs, is not known */
-    if ((moves || report->basis & MR_RISK_OF_PLAN) && !(p->moved_mask && !moves)) {
+    if ((moves || report->basis & MR_RISK_PLAN_USED) && !(p->moved_mask && !moves)) {
         set_risk_inputs(risk, p, zone, true, report);
         report->risk = compute_risk(report);
         /* a plan must not reduce the risk of a measured zone */

@@ -38,10 +38,10 @@ struct mr_risk_plan {
     float speed_ft_s; /* planned speed at touchdown */
     /* chart: mean decelerations in ascending order; the logarithm of the odds p / (1 - p) of a
      * zone; the median station at which the simulated runways of the ensemble reach a zone */
-    float row_ft_s2[MR_RISK_CHART_ROWS], row_log_odds[MR_RISK_CHART_ROWS],
-        row_ft[MR_RISK_CHART_ROWS];
+    float chart_deceleration_ft_s2[MR_RISK_CHART_ROWS], chart_log_odds[MR_RISK_CHART_ROWS],
+        chart_zone_ft[MR_RISK_CHART_ROWS];
     /* planned braking as a function of the time since touchdown, linear between knots */
-    float knot_s[MR_RISK_PLAN_KNOTS], knot_ft_s2[MR_RISK_PLAN_KNOTS];
+    float plan_time_s[MR_RISK_PLAN_KNOTS], plan_deceleration_ft_s2[MR_RISK_PLAN_KNOTS];
 };
 #define MR_RISK_PLAN_ITEM_COUNT   (2u + 3u * MR_RISK_CHART_ROWS + 2u * MR_RISK_PLAN_KNOTS)
 /* Items of the message risk_item: chart and plan, then the limit of the lamp. */
@@ -89,22 +89,22 @@ enum mr_risk_input {
 
 struct mr_risk_state {
     struct mr_risk_plan plan;
-    /* has_plan, has_chart: received and in use; is_chart_old: received for another state of the
+    /* has_plan, has_chart: received and in use; is_chart_stale: received for another state of the
      * runway */
-    bool has_plan, has_chart, is_chart_old;
-    bool has_left_plan; /* the landing deviated from the plan */
+    bool has_plan, has_chart, is_chart_stale;
+    bool has_deviated_from_plan; /* the landing deviated from the plan */
     float touchdown_ft;
     bool has_touched_down;
-    float touchdown_ft_s;    /* speed at touchdown */
-    float since_touchdown_s; /* time since touchdown */
-    float mean_ft_s2;        /* mean of the planned decelerations over distance */
-    float planned_loss_ft_s; /* planned loss of speed since touchdown */
-    float plan_ratio;        /* measured loss of speed / planned loss of speed */
-    /* number of consecutive blocks in which plan_ratio was outside its range */
+    float touchdown_ft_s;          /* speed at touchdown */
+    float since_touchdown_s;       /* time since touchdown */
+    float mean_ft_s2;              /* mean of the planned decelerations over distance */
+    float planned_speed_loss_ft_s; /* planned loss of speed since touchdown */
+    float speed_loss_ratio;        /* measured loss of speed / planned loss of speed */
+    /* number of consecutive blocks in which speed_loss_ratio was outside its range */
     uint16_t deviating_blocks;
-    float hardest_braking_ft_s2; /* hardest future braking */
-    float hardest_distance_ft;   /* distance until the hardest future braking begins */
-    float stopping_distance_ft;  /* remaining distance to the stop */
+    float hardest_braking_ft_s2;       /* hardest future braking */
+    float hardest_braking_distance_ft; /* distance until the hardest future braking begins */
+    float stopping_distance_ft;        /* remaining distance to the stop */
     struct mr_zonescan scan;
     bool is_scanning;
     unsigned scan_group;

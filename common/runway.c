@@ -12,18 +12,18 @@ static void put_fields(const struct mr_predictor_state *state, uint8_t *p)
     p = mr_put_u16(mr_put_u16(p, state->mats), state->landings);
     p = mr_put_f32(p, state->scale);
     for (unsigned j = 0; j < MR_RUNWAY_JOINTS; j++)
-        p = mr_put_u16(p, state->gap_hmil[j]);
+        p = mr_put_u16(p, state->gap_counts[j]);
 }
 
-void mr_runway_write(const struct mr_predictor_state *state, uint32_t sequence, uint8_t *image)
+void mr_runway_encode(const struct mr_predictor_state *state, uint32_t sequence, uint8_t *image)
 {
     mr_put_u32(mr_put_u32(image, MAGIC), sequence);
     put_fields(state, image + 8);
     mr_put_u32(image + MR_RUNWAY_IMAGE_BYTES - 4, mr_crc32(0, image, MR_RUNWAY_IMAGE_BYTES - 4));
 }
 
-enum mr_status mr_runway_read(struct mr_predictor_state *state, uint32_t *sequence,
-                              const uint8_t image[MR_RUNWAY_IMAGE_BYTES])
+enum mr_status mr_runway_decode(struct mr_predictor_state *state, uint32_t *sequence,
+                                const uint8_t image[MR_RUNWAY_IMAGE_BYTES])
 {
     const uint8_t *p = image, *end = image + MR_RUNWAY_IMAGE_BYTES - 4;
     if (mr_get_u32(&p) != MAGIC)
@@ -35,7 +35,7 @@ enum mr_status mr_runway_read(struct mr_predictor_state *state, uint32_t *sequen
     state->landings = mr_get_u16(&p);
     state->scale = mr_get_f32(&p);
     for (unsigned j = 0; j < MR_RUNWAY_JOINTS; j++)
-        state->gap_hmil[j] = mr_get_u16(&p);
+        state->gap_counts[j] = mr_get_u16(&p);
     return MR_OK;
 }
 
@@ -46,7 +46,7 @@ uint32_t mr_runway_crc(const struct mr_predictor_state *state)
     mr_put_f32(p, state->scale);
     uint32_t crc = mr_crc32(0, word, 8);
     for (unsigned j = 0; j < MR_RUNWAY_JOINTS; j++) {
-        mr_put_u16(word, state->gap_hmil[j]);
+        mr_put_u16(word, state->gap_counts[j]);
         crc = mr_crc32(crc, word, 2);
     }
     return crc;
@@ -63,24 +63,24 @@ unsigned mr_runway_message_count(const struct mr_predictor_state *state)
            MR_RUNWAY_JOINTS_PER_MESSAGE;
 }
 
-static uint16_t get_gap_hmil(const struct mr_predictor_state *state, unsigned j)
+static uint16_t get_gap_counts(const struct mr_predictor_state *state, unsigned j)
 {
-    return j < get_joint_count(state) ? state->gap_hmil[j] : 0;
+    return j < get_joint_count(state) ? state->gap_counts[j] : 0;
 }
 
 struct mr_runway_joints mr_runway_make_message(const struct mr_predictor_state *state, unsigned n)
 {
     unsigned j = n * MR_RUNWAY_JOINTS_PER_MESSAGE;
     return (struct mr_runway_joints){.index = (uint16_t)(j + 1u),
-                                     .gap_1 = get_gap_hmil(state, j),
-                                     .gap_2 = get_gap_hmil(state, j + 1u),
-                                     .gap_3 = get_gap_hmil(state, j + 2u)};
+                                     .gap_1 = get_gap_counts(state, j),
+                                     .gap_2 = get_gap_counts(state, j + 1u),
+                                     .gap_3 = get_gap_counts(state, j + 2u)};
 }
 
-static void set_gap_hmil(struct mr_predictor_state *state, unsigned j, uint16_t gap_hmil)
+static void set_gap_counts(struct mr_predictor_state *state, unsigned j, uint16_t gap_counts)
 {
     if (j < MR_RUNWAY_JOINTS)
-        state->gap_hmil[j] = gap_hmil;
+        state->gap_counts[j] = gap_counts;
 }
 
 void mr_runway_apply_message(struct mr_predictor_state *state,
@@ -88,30 +88,30 @@ void mr_runway_apply_message(struct mr_predictor_state *state,
 {
     if (message->index == 0)
         return;
-    set_gap_hmil(state, message->index - 1u, message->gap_1);
-    set_gap_hmil(state, message->index, message->gap_2);
-    set_gap_hmil(state, message->index + 1u, message->gap_3);
+    set_gap_counts(state, message->index - 1u, message->gap_1);
+    set_gap_counts(state, message->index, message->gap_2);
+    set_gap_counts(state, message->index + 1u, message->gap_3);
 }
 
-int32_t mr_runway_joints_argument(const struct mr_predictor_state *state, unsigned index)
+int32_t mr_runway_make_joints_argument(const struct mr_predictor_state *state, unsigned index)
 {
-    return (int32_t)((uint32_t)get_gap_hmil(state, 2u * index) |
-                     (uint32_t)get_gap_hmil(state, 2u * index + 1u) << 16);
+    return (int32_t)((uint32_t)get_gap_counts(state, 2u * index) |
+                     (uint32_t)get_gap_counts(state, 2u * index + 1u) << 16);
 }
 
 void mr_runway_apply_joints(struct mr_predictor_state *state, unsigned index, int32_t argument)
 {
-    set_gap_hmil(state, 2u * index, (uint16_t)argument);
-    set_gap_hmil(state, 2u * index + 1u, (uint16_t)((uint32_t)argument >> 16));
+    set_gap_counts(state, 2u * index, (uint16_t)argument);
+    set_gap_counts(state, 2u * index + 1u, (uint16_t)((uint32_t)argument >> 16));
 }
 
-int32_t mr_runway_word_argument(const struct mr_predictor_state *state, unsigned index)
+int32_t mr_runway_make_word_argument(const struct mr_predictor_state *state, unsigned index)
 {
     int32_t bits;
     memcpy(&bits, &state->scale, sizeof bits);
     return index == 0 ? bits
          : index == 1 ? (int32_t)state->landings
-                      : (int32_t)state->gap_hmil[MR_RUNWAY_JOINTS - 1u];
+                      : (int32_t)state->gap_counts[MR_RUNWAY_JOINTS - 1u];
 }
 
 bool mr_runway_apply_word(struct mr_predictor_state *state, unsigned index, int32_t argument)
@@ -124,7 +124,7 @@ bool mr_runway_apply_word(struct mr_predictor_state *state, unsigned index, int3
     else if (index == 1)
         state->landings = (uint16_t)argument;
     else
-        state->gap_hmil[MR_RUNWAY_JOINTS - 1u] = (uint16_t)argument;
+        state->gap_counts[MR_RUNWAY_JOINTS - 1u] = (uint16_t)argument;
     return true;
 }
 

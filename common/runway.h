@@ -24,11 +24,11 @@
 #define MR_RUNWAY_JOINTS_PER_MESSAGE 3u
 
 /* Writes the stored form of a state: MR_RUNWAY_IMAGE_BYTES bytes. */
-void mr_runway_write(const struct mr_predictor_state *state, uint32_t sequence, uint8_t *image);
+void mr_runway_encode(const struct mr_predictor_state *state, uint32_t sequence, uint8_t *image);
 /* Reads the stored form of a state. MR_OK; MR_MALFORMED: not a stored runway; MR_CRC: damaged.
  * mr_predictor_load checks whether the state fits the configured runway. */
-enum mr_status mr_runway_read(struct mr_predictor_state *state, uint32_t *sequence,
-                              const uint8_t image[MR_RUNWAY_IMAGE_BYTES]);
+enum mr_status mr_runway_decode(struct mr_predictor_state *state, uint32_t *sequence,
+                                const uint8_t image[MR_RUNWAY_IMAGE_BYTES]);
 uint32_t mr_runway_crc(const struct mr_predictor_state *state);
 /* Number of messages that carry the joints of a state, and the n-th message, n from 0. */
 unsigned mr_runway_message_count(const struct mr_predictor_state *state);
@@ -38,11 +38,11 @@ void mr_runway_apply_message(struct mr_predictor_state *state,
                              const struct mr_runway_joints *message);
 
 /* Arguments of the commands that set a state: runway-joints (index 0..255) and runway-word.
- * mr_runway_word_argument returns false if there is no such word. */
-int32_t mr_runway_joints_argument(const struct mr_predictor_state *state, unsigned index);
+ * mr_runway_make_word_argument returns false if there is no such word. */
+int32_t mr_runway_make_joints_argument(const struct mr_predictor_state *state, unsigned index);
 void mr_runway_apply_joints(struct mr_predictor_state *state, unsigned index, int32_t argument);
 #define MR_RUNWAY_WORD_COUNT 3u
-int32_t mr_runway_word_argument(const struct mr_predictor_state *state, unsigned index);
+int32_t mr_runway_make_word_argument(const struct mr_predictor_state *state, unsigned index);
 bool mr_runway_apply_word(struct mr_predictor_state *state, unsigned index, int32_t argument);
 
 /* Parameters in the order of the message predict_item; a station for each transducer follows

@@ -58,7 +58,7 @@ static void identify_switch(struct mr_switches *switches, const uint16_t *steps_
     }
     edge->position = (uint8_t)mr_staircase_identify(step_codes, steps_codes, count, 0);
     if (!edge->position) {
-        edge->reason = MR_SWITCH_OTHER_STEP;
+        edge->reason = MR_SWITCH_UNKNOWN_STEP;
     } else if (switches->opened_mask & 1u << (edge->position - 1)) {
         bool bounced = edge->position == switches->identified_position &&
                        edge->tick - switches->identified_tick < MR_SWITCH_REOPEN_TICKS;
@@ -115,11 +115,11 @@ static bool decide_cluster(struct mr_switches *switches, const uint16_t *steps_c
     bool none = first->reason == MR_SWITCH_BOUNCE || first->reason == MR_SWITCH_NO_STEP;
     if (!one && !none) {
         first->position = 0;
-        first->reason = MR_SWITCH_TOO_NEAR;
+        first->reason = MR_SWITCH_TOO_SOON;
     }
     for (unsigned i = 1; i < n; i++) {
         switches->waiting[i].is_decided = true;
-        switches->waiting[i].reason = one || none ? MR_SWITCH_BOUNCE : MR_SWITCH_TOO_NEAR;
+        switches->waiting[i].reason = one || none ? MR_SWITCH_BOUNCE : MR_SWITCH_TOO_SOON;
         switches->waiting[i].position = one ? first->position : 0;
     }
     return true;

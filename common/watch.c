@@ -21,7 +21,8 @@ static bool is_displacement(const struct mr_channel_config *config)
 
 /* ---- beginning ---- */
 
-static bool are_on_one_line(const struct mr_channel_config *a, const struct mr_channel_config *b)
+static bool are_neighbour_candidates(const struct mr_channel_config *a,
+                                     const struct mr_channel_config *b)
 {
     return mr_channel_is_sensor(a) && a->kind == b->kind && a->band == b->band;
 }
@@ -32,7 +33,7 @@ static void find_neighbours(struct mr_watch_channel *channel,
     channel->upfield = channel->downfield = MR_WATCH_NO_CHANNEL;
     for (unsigned other = 0; other < MR_WATCH_CHANNELS; other++) {
         float station_ft = config[other].station_ft;
-        if (!are_on_one_line(&config[c], &config[other]))
+        if (!are_neighbour_candidates(&config[c], &config[other]))
             continue;
         if (station_ft < config[c].station_ft && (channel->upfield == MR_WATCH_NO_CHANNEL ||
                                                   station_ft > config[channel->upfield].station_ft))

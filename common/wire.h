@@ -5,8 +5,8 @@
  * bytes and advances the caller's pointer. These functions do not check lengths: the code of the
  * catalogue checks the length of a message before reading it.
  *
- * A real quantity is sent as an integer with `per_unit` counts per unit, rounded to nearest and
- * clipped to the range. One code of each type means "missing" and corresponds to NaN on both
+ * A real quantity is sent as an integer with `counts_per_unit` counts per unit, rounded to nearest
+ * and clipped to the range. One code of each type means "missing" and corresponds to NaN on both
  * sides. */
 #ifndef MATRIG_COMMON_WIRE_H
 #define MATRIG_COMMON_WIRE_H
@@ -95,24 +95,24 @@ WIRE_INLINE float mr_get_f32(const uint8_t **p)
 #define MR_MISSING_U16 0xffffu
 #define MR_MISSING_I16 (-32768)
 
-/* Real quantities with `per_unit` counts per unit; NaN is sent as MR_MISSING_*. */
-static inline uint8_t *mr_put_real_u16(uint8_t *p, float value, float per_unit)
+/* Real quantities with `counts_per_unit` counts per unit; NaN is sent as MR_MISSING_*. */
+static inline uint8_t *mr_put_real_u16(uint8_t *p, float value, float counts_per_unit)
 {
-    float counts = value * per_unit + 0.5f;
+    float counts = value * counts_per_unit + 0.5f;
     if (__builtin_isnan(value))
         return mr_put_u16(p, MR_MISSING_U16);
     if (counts < 0.0f)
         return mr_put_u16(p, 0);
     return mr_put_u16(p, counts > 65534.0f ? 65534u : (uint16_t)counts);
 }
-static inline float mr_get_real_u16(const uint8_t **p, float per_unit)
+static inline float mr_get_real_u16(const uint8_t **p, float counts_per_unit)
 {
     uint16_t counts = mr_get_u16(p);
-    return counts == MR_MISSING_U16 ? MR_NAN : (float)counts / per_unit;
+    return counts == MR_MISSING_U16 ? MR_NAN : (float)counts / counts_per_unit;
 }
-static inline uint8_t *mr_put_real_i16(uint8_t *p, float value, float per_unit)
+static inline uint8_t *mr_put_real_i16(uint8_t *p, float value, float counts_per_unit)
 {
-    float counts = value * per_unit;
+    float counts = value * counts_per_unit;
     counts += counts < 0.0f ? -0.5f : 0.5f;
     if (__builtin_isnan(value))
         return mr_put_i16(p, MR_MISSING_I16);
@@ -120,10 +120,10 @@ static inline uint8_t *mr_put_real_i16(uint8_t *p, float value, float per_unit)
         return mr_put_i16(p, -32767);
     return mr_put_i16(p, counts > 32767.0f ? 32767 : (int16_t)counts);
 }
-static inline float mr_get_real_i16(const uint8_t **p, float per_unit)
+static inline float mr_get_real_i16(const uint8_t **p, float counts_per_unit)
 {
     int16_t counts = mr_get_i16(p);
-    return counts == MR_MISSING_I16 ? MR_NAN : (float)counts / per_unit;
+    return counts == MR_MISSING_I16 ? MR_NAN : (float)counts / counts_per_unit;
 }
 
 /* True for erased memory (all ones). */

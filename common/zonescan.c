@@ -4,7 +4,7 @@
 
 enum { PHASE_FUTURE_START, PHASE_FUTURE_END, PHASE_PRESENT_ZONE, PHASE_SUMS, PHASE_COMPLETE };
 
-static float get_closed_ft(const struct mr_chain *chain)
+static float get_closed_limit_ft(const struct mr_chain *chain)
 {
     return MR_ZONE_CLOSED_MAX_FT * (float)chain->group;
 }
@@ -15,7 +15,7 @@ static inline bool is_closing(const struct mr_zonescan *scan, const struct mr_ch
 {
     float press_lb = scan->range.push_lb - (float)(j - scan->range.position) * chain->friction_lb;
     return press_lb > scan->range.grit_lb[j] ||
-           !(mr_chain_opening_ft(chain, j) > get_closed_ft(chain));
+           !(mr_chain_opening_ft(chain, j) > get_closed_limit_ft(chain));
 }
 
 static void begin_position(struct mr_zonescan *scan)
@@ -120,7 +120,7 @@ static void scan_present(struct mr_zonescan *scan, const struct mr_chain *chain,
     unsigned j = scan->joint, beyond = chain->count + 2u, first = scan->start_joint,
              last_open = scan->last_open_joint, best = scan->found.groups;
     unsigned stop = beyond < j + (until - scan->visits) ? beyond : j + (until - scan->visits);
-    float most_lb = scan->found.compression_lb, limit_ft = get_closed_ft(chain);
+    float most_lb = scan->found.compression_lb, limit_ft = get_closed_limit_ft(chain);
     scan->visits += stop > j ? stop - j : 1u;
     for (; j < stop; j++) {
         float press_lb = mr_chain_compression_lb(chain, j);
@@ -152,13 +152,13 @@ static void scan_present(struct mr_zonescan *scan, const struct mr_chain *chain,
 /* Sums the openings and counts the closed joints of the zone that was found. */
 static void sum_openings(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
-    struct mr_zonescan_found *found = &scan->found;
+    struct mr_zonescan_result *found = &scan->found;
     unsigned j = scan->joint, beyond = found->first_joint + found->groups + 1u;
     for (; j < beyond && scan->visits < until; j++, scan->visits++) {
         float opening_ft = mr_chain_opening_ft(chain, j);
         found->open_ft += opening_ft > 0.0f ? opening_ft : 0.0f;
         found->closed_joints =
-            (uint16_t)(found->closed_joints + !(opening_ft > get_closed_ft(chain)));
+            (uint16_t)(found->closed_joints + !(opening_ft > get_closed_limit_ft(chain)));
     }
     scan->joint = (uint16_t)j;
     if (j == beyond)

@@ -39,7 +39,7 @@ struct mr_zonescan_range {
     const float *grit_lb;
 };
 
-struct mr_zonescan_found {
+struct mr_zonescan_result {
     /* longest present zone, from joint first_joint to joint first_joint + groups; groups 0: none */
     uint16_t groups, first_joint;
     uint16_t closed_joints; /* closed joints in the zone */
@@ -51,7 +51,7 @@ struct mr_zonescan_found {
 
 struct mr_zonescan {
     struct mr_zonescan_range range;
-    struct mr_zonescan_found found; /* results so far; the future zone is searched for first */
+    struct mr_zonescan_result found; /* results so far; the future zone is searched for first */
     uint8_t phase;
     uint16_t joint, window;
     /* first joint of the zone for this and for the previous position, or of the present zone; 0:

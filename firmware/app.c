@@ -59,7 +59,7 @@ static void clear_changed_zeros(struct app *app)
         }
     }
     slowlog_reset(&app->slowlog);
-    channels_on_zero(&app->channels, changed, app->next_index);
+    channels_on_zero_measured(&app->channels, changed, app->next_index);
 }
 
 static void discard_survey(struct app *app)
@@ -71,7 +71,7 @@ static void discard_survey(struct app *app)
 void app_apply_configuration(struct app *app)
 {
     zero_reset();
-    channels_on_zero(&app->channels, UINT32_MAX, 0);
+    channels_on_zero_measured(&app->channels, UINT32_MAX, 0);
     slowlog_reset(&app->slowlog);
     app->fitted = config_fitted_channels();
     board_scans_configure(app->fitted);
@@ -265,7 +265,7 @@ static enum mr_status execute_bootrom(struct app *app, const struct mr_command *
         return MR_UNKNOWN;
     if (is_box_closing(app))
         return MR_WAIT;
-    app->ticks_to_rom = APP_BOOTROM_DELAY_TICKS;
+    app->ticks_until_boot_rom = APP_BOOTROM_DELAY_TICKS;
     return MR_OK;
 }
 
@@ -348,7 +348,7 @@ static enum mr_status execute_calibrate(struct app *app, const struct mr_command
 
 static enum mr_status execute_config_read(struct app *app, const struct mr_command *command)
 {
-    return configstore_read(&app->configstore, (uint32_t)command->argument, app->is_by_serial);
+    return configstore_read(&app->configstore, (uint32_t)command->argument, app->is_sent_by_serial);
 }
 
 static enum mr_status execute_camera(struct app *app, const struct mr_command *command)
@@ -403,13 +403,13 @@ static enum mr_status dispatch_command(struct app *app, const struct mr_command 
     }
 }
 
-/* Rules by command code: in which states (enum mr_command_when; 0: no such code), by which links,
+/* Rules by command code: in which states (enum mr_command_states; 0: no such code), by which links,
  * with which privilege. */
 static const struct command_rule {
     uint8_t states, links, privilege;
 } command_rule[] = {
 #define COMMAND(NAME, code, text, part, indexed, counts, privilege, states, links, meaning) \
-    [code] = {MR_WHEN_##states, MR_LINKS_##links, MR_PRIVILEGE_##privilege},
+    [code] = {MR_STATES_##states, MR_LINKS_##links, MR_PRIVILEGE_##privilege},
 #include "common/catalogue.def"
 };
 
@@ -419,8 +419,8 @@ static enum mr_status check_link(const struct app *app, enum mr_command_links li
 {
     bool jumper = links != MR_LINKS_BOTH && board_is_jumper_fitted();
     switch (links) {
-    case MR_LINKS_CABLE: return app->is_by_serial || jumper ? MR_OK : MR_CABLE;
-    case MR_LINKS_JUMPER: return app->is_by_serial && jumper ? MR_OK : MR_JUMPER;
+    case MR_LINKS_CABLE: return app->is_sent_by_serial || jumper ? MR_OK : MR_CABLE;
+    case MR_LINKS_JUMPER: return app->is_sent_by_serial && jumper ? MR_OK : MR_JUMPER;
     case MR_LINKS_REPLAY: return app->is_replay ? MR_OK : MR_REPLAY;
     default: return MR_OK;
     }
@@ -437,7 +437,7 @@ static enum mr_status execute_command(struct app *app, const struct mr_command *
      * an eavesdropper could repeat the command later. */
     if (rule->privilege == MR_PRIVILEGE_OPERATOR) {
         enum mr_status status = proof_check(&app->proof, &app->keystore, &app->telemetry,
-                                            app->is_by_serial, payload);
+                                            app->is_sent_by_serial, payload);
         if (status != MR_OK)
             return status;
     }
@@ -482,7 +482,7 @@ static void handle_input(struct app *app)
     uint8_t bytes[APP_SERIAL_BYTES_PER_BLOCK];
     tasks_begin(MR_TASK_COMMANDS);
 
-    app->is_by_serial = false;
+    app->is_sent_by_serial = false;
     for (unsigned i = 0; i < APP_CAN_COMMANDS_PER_BLOCK && board_can_receive(&can); i++) {
         if (can.id == MR_ID_COMMAND)
             (void)handle_command(app, can.data, can.length);
@@ -491,7 +491,7 @@ static void handle_input(struct app *app)
         else if (can.id == MR_ID_PROOF)
             proof_store(&app->proof, false, can.data, can.length);
     }
-    app->is_by_serial = true;
+    app->is_sent_by_serial = true;
     size_t count = board_serial_receive(bytes, sizeof bytes);
     for (size_t i = 0; i < count; i++) {
         struct mr_frame frame;
@@ -507,7 +507,7 @@ static void handle_input(struct app *app)
         if (status != MR_OK && status != MR_TOO_FEW) {
             if (app->telemetry.serial_bad < UINT16_MAX)
                 app->telemetry.serial_bad++;
-            health_count(MR_FAULT_SERIAL_BAD_FRAME, (uint8_t)-status);
+            health_count_fault(MR_FAULT_SERIAL_BAD_FRAME, (uint8_t)-status);
         }
     }
     tasks_done(MR_TASK_COMMANDS);
@@ -536,7 +536,7 @@ static void handle_slow_log(struct app *app, uint32_t index)
                        .temperature_c = thermometer->temperature_c, .error_c = thermometer->error_c,
                        .block = index);
     slowlog_on_block(&app->slowlog, &app->telemetry, index, app->tension_lb[index % 4],
-                     thermometer->last_c,
+                     thermometer->last_temperature_c,
                      landing->state != MR_LANDING_LANDING && landing->state != MR_LANDING_SETTLING);
 }
 
@@ -553,7 +553,7 @@ static void process_block(struct app *app, const struct mr_block *block)
     health_set_block(block->index);
     timesync_on_block(&app->timesync, &app->telemetry, block->index, block->tick);
     if (__builtin_isnan(mr_reference_ratio(&config.channel[MR_REFERENCE], block)))
-        health_count(MR_FAULT_REFERENCE, 0);
+        health_count_fault(MR_FAULT_REFERENCE, 0);
     struct landing_block_changes changes = landing_on_block(&app->landing, &config, block->index,
                                                             block->tick, mr_staircase_code(block),
                                                             edge_ticks, (unsigned)edges);
@@ -583,7 +583,7 @@ static void process_block(struct app *app, const struct mr_block *block)
     if (recording)
         baseline_update(&app->baseline, app->displacement_in[row],
                         landing_is_quiet(&app->landing, block->index),
-                        predict_find_kept_zeros(&app->predict.predictor, &app->landing));
+                        predict_find_frozen_zeros(&app->predict.predictor, &app->landing));
     if (app->fitted & MR_BITS_TRANSDUCERS &&
         (recording ? DUE(DISPLACEMENTS, block->index) : DUE(DISPLACEMENTS_IDLE, block->index))) {
         float mean_in[MR_TRANSDUCERS];
@@ -747,11 +747,12 @@ static void report_without_scans(struct app *app)
 void app_supervise(struct app *app)
 {
     tasks_begin(MR_TASK_SUPERVISION);
-    if (app->ticks_to_rom && --app->ticks_to_rom == 0 && !landing_is_recording(&app->landing))
+    if (app->ticks_until_boot_rom && --app->ticks_until_boot_rom == 0 &&
+        !landing_is_recording(&app->landing))
         board_enter_rom();
     app->ticks_without_block++;
     if (DUE(STALL, app->ticks_without_block)) {
-        health_count(MR_FAULT_SCAN_STALL, 0);
+        health_count_fault(MR_FAULT_SCAN_STALL, 0);
         calibrate_abort(&app->calibrate, &app->telemetry, app->next_index);
         board_scans_restart();
     }

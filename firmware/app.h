@@ -42,11 +42,11 @@ struct app {
     struct landing landing;
     struct telemetry telemetry;
     struct mr_deframer deframer;
-    uint32_t next_index; /* index of the next expected block */
-    uint32_t fitted;     /* bit c: channel c is fitted */
-    uint16_t can_base;   /* current base of the identifiers */
-    bool is_by_serial;   /* the command being executed was received by serial */
-    bool is_replay;      /* the command replay was accepted */
+    uint32_t next_index;    /* index of the next expected block */
+    uint32_t fitted;        /* bit c: channel c is fitted */
+    uint16_t can_base;      /* current base of the identifiers */
+    bool is_sent_by_serial; /* the command being executed was received by serial */
+    bool is_replay;         /* the command replay was accepted */
 
     /* the block with index i is at i modulo APP_NEWEST_BLOCKS */
     struct mr_block newest_blocks[APP_NEWEST_BLOCKS];
@@ -68,7 +68,7 @@ struct app {
     struct proof proof;
     unsigned ticks_without_block; /* number of supervision ticks (10 ms) without a block */
     /* number of supervision ticks until the boot ROM starts; 0: not requested */
-    unsigned ticks_to_rom;
+    unsigned ticks_until_boot_rom;
 
     struct configstore configstore;
     struct bandwatch bandwatch;

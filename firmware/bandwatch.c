@@ -66,7 +66,7 @@ void bandwatch_on_tensions(struct bandwatch *watch, struct telemetry *telemetry,
 
 void bandwatch_end(struct bandwatch *watch, struct telemetry *telemetry)
 {
-    struct mr_band_figures f;
+    struct mr_band_summary f;
     if (!watch->bands.is_active)
         return;
     mr_bands_end(&watch->bands);
@@ -74,7 +74,7 @@ void bandwatch_end(struct bandwatch *watch, struct telemetry *telemetry)
         uint8_t band = (uint8_t)(b + 1);
         if (!watch->bands.band[b].gages)
             continue;
-        mr_bands_get_figures(&watch->bands, b, &f);
+        mr_bands_get_summary(&watch->bands, b, &f);
         TELEMETRY_SEND(telemetry, TO_RECORD, band_before, BAND_BEFORE, .band = band,
                        .gages = (uint8_t)f.gages, .before_lb = f.before_lb,
                        .error_lb = f.before_error_lb, .spread_lb = f.spread_lb);

@@ -26,10 +26,10 @@ enum {
     SECTOR_UNREAD = 0xfa,
     /* as dirty, but carries a mark that its record was freed; erased after all other dirty
      * sectors */
-    SECTOR_LAST = 0xfb,
+    SECTOR_DIRTY_MARKED = 0xfb,
     SECTOR_DIRTY = 0xfc,
     /* belongs to a record for which `records` has no room; must not be changed */
-    SECTOR_FOREIGN = 0xfd,
+    SECTOR_UNLISTED_RECORD = 0xfd,
     /* Erased, or assumed to be erased because its first page was blank at start. If another page
      * is not blank, writing to that page fails. */
     SECTOR_ERASED = 0xff,
@@ -39,17 +39,17 @@ _Static_assert(BLACKBOX_RECORDS_MAX <= SECTOR_BAD,
 
 enum job {
     JOB_NONE,
-    JOB_SCAN_HEAD,
+    JOB_SCAN_FIRST_PAGE,
     JOB_SCAN_PAGE,
-    JOB_SCAN_WALK,
+    JOB_SCAN_FIND_END,
     JOB_SCAN_START,
     JOB_PROGRAM,
     JOB_VERIFY,
     JOB_ERASE,
     JOB_CHECK_ERASED,
-    JOB_READ_FOR_MARK,
-    JOB_MARK,
-    JOB_MARK_CHECK,
+    JOB_FREE_READ,
+    JOB_FREE_PROGRAM,
+    JOB_FREE_VERIFY,
     JOB_READ,
 };
 
@@ -60,7 +60,7 @@ static uint32_t get_address(unsigned sector, unsigned page)
 
 static bool is_sector_dirty(uint8_t state)
 {
-    return state == SECTOR_DIRTY || state == SECTOR_LAST;
+    return state == SECTOR_DIRTY || state == SECTOR_DIRTY_MARKED;
 }
 
 static void set_sector(struct blackbox *box, unsigned sector, uint8_t state)
@@ -118,12 +118,12 @@ static void begin_read(struct blackbox *box, enum job job, unsigned sector, unsi
 }
 
 /* Frees a record: marks its sectors as dirty. */
-static void drop_record(struct blackbox *box, unsigned place)
+static void discard_record(struct blackbox *box, unsigned place)
 {
     struct blackbox_record *record = &box->records[place];
     for (unsigned s = 0; s < NOR_SECTORS; s++) {
         if (box->sector[s] == place)
-            set_sector(box, s, s == record->last_sector ? SECTOR_LAST : SECTOR_DIRTY);
+            set_sector(box, s, s == record->last_sector ? SECTOR_DIRTY_MARKED : SECTOR_DIRTY);
     }
     record->is_used = false;
 }
@@ -133,7 +133,7 @@ static void drop_record(struct blackbox *box, unsigned place)
 /* True if the ring drops its oldest page when it is full, because no landing is being written. */
 static bool is_ring_running(const struct blackbox *box)
 {
-    return box->state == MR_BOX_READY || box->state == MR_BOX_LOOKING;
+    return box->state == MR_BOX_READY || box->state == MR_BOX_SCANNING;
 }
 
 static void open_page(struct blackbox_writer *writer, uint8_t *page)
@@ -235,14 +235,14 @@ static void append_key(struct blackbox *box, const struct mr_block *block)
     if (!box->has_key[slot]) {
         box->has_key[slot] = true;
         box->key_block[slot] = block->index;
-        box->key_stored[slot] = box->stored_count;
+        box->key_stored_count[slot] = box->stored_count;
     }
-    if (box->is_first_block_open) {
-        box->is_first_block_open = false;
+    if (box->is_first_block_pending) {
+        box->is_first_block_pending = false;
         box->end.first_block = block->index;
         box->first_stored_count = box->stored_count;
     }
-    append_bits(box, &box->stream_writer, bits, mr_pack_block_key(&box->pack, block, bits));
+    append_bits(box, &box->stream_writer, bits, mr_pack_key_block(&box->pack, block, bits));
     box->is_key_due = false;
 }
 
@@ -253,10 +253,10 @@ void blackbox_on_block(struct blackbox *box, const struct mr_block *block)
         return;
     box->last_block = block->index;
     if (!has_ring_room(box)) {
-        health_count(MR_FAULT_BOX_LOST, 0);
+        health_count_fault(MR_FAULT_BOX_LOST, 0);
         return;
     }
-    if (box->is_key_due || !mr_pack_can_follow(&box->pack, block))
+    if (box->is_key_due || !mr_pack_can_omit_key(&box->pack, block))
         append_key(box, block);
     append_bits(box, &box->stream_writer, bits, mr_pack_block(&box->pack, block, bits));
     box->stored_count++;
@@ -270,7 +270,7 @@ void blackbox_record_message(struct blackbox *box, uint16_t id, const uint8_t *p
         return;
     if (!has_ring_room(box)) {
         box->end.messages_lost++;
-        health_count(MR_FAULT_BOX_LOST, 1);
+        health_count_fault(MR_FAULT_BOX_LOST, 1);
         return;
     }
     append_bits(box, &box->stream_writer, bits, mr_pack_message(id, payload, length, bits));
@@ -303,7 +303,7 @@ void blackbox_record_configuration(struct blackbox *box, uint16_t id, const uint
         append_bits(box, &box->config_writer, bits, count);
         return;
     }
-    health_count(MR_FAULT_BOX_LOST, 1);
+    health_count_fault(MR_FAULT_BOX_LOST, 1);
     /* end the page properly; otherwise a reader would continue with bits of the stream */
     end_stream(box, &box->config_writer);
     box->is_configuring = false;
@@ -328,10 +328,10 @@ static void skip_to_key(struct blackbox *box)
     while (keyed != box->pages_closed && !box->has_key[keyed % BLACKBOX_RING_PAGES])
         keyed++;
     unsigned slot = keyed % BLACKBOX_RING_PAGES;
-    box->is_first_block_open = !box->has_key[slot];
-    box->is_key_due |= box->is_first_block_open;
+    box->is_first_block_pending = !box->has_key[slot];
+    box->is_key_due |= box->is_first_block_pending;
     box->end = (struct mr_boxpage_end){.first_block = box->key_block[slot]};
-    box->first_stored_count = box->key_stored[slot];
+    box->first_stored_count = box->key_stored_count[slot];
 }
 
 /* --- scan of the memory at start: the next step follows when a job ends --- */
@@ -359,7 +359,7 @@ static void register_page(struct blackbox *box, const struct mr_boxpage_header *
 {
     unsigned place = find_record_index(box, header->record);
     if (place == BLACKBOX_RECORDS_MAX) {
-        set_sector(box, box->job_sector, SECTOR_FOREIGN);
+        set_sector(box, box->job_sector, SECTOR_UNLISTED_RECORD);
         return;
     }
     struct blackbox_record *record = &box->records[place];
@@ -405,7 +405,7 @@ static void check_first_page(struct blackbox *box)
 /* Searches the last sector of a record, page by page, for its last page. */
 static void search_last_page(struct blackbox *box)
 {
-    struct blackbox_record *record = &box->records[box->scan_place];
+    struct blackbox_record *record = &box->records[box->scan_record_index];
     struct mr_boxpage_header header;
     enum mr_status status = mr_boxpage_check(box->buffer, &header);
     if (status == MR_OK && header.record == record->record) {
@@ -419,12 +419,12 @@ static void search_last_page(struct blackbox *box)
             record->lost = end.lost;
         }
     } else if (status == MR_CRC && ++box->tries < READ_TRIES_MAX) {
-        begin_read(box, JOB_SCAN_WALK, box->job_sector, box->job_page);
+        begin_read(box, JOB_SCAN_FIND_END, box->job_sector, box->job_page);
         return;
     }
     box->tries = 0;
     if (status == MR_OK && box->job_page + 1 < SECTOR_PAGES)
-        begin_read(box, JOB_SCAN_WALK, box->job_sector, box->job_page + 1);
+        begin_read(box, JOB_SCAN_FIND_END, box->job_sector, box->job_page + 1);
     else
         begin_read(box, JOB_SCAN_START, record->first_sector, 0);
 }
@@ -440,10 +440,10 @@ static void read_start_page(struct blackbox *box)
     if (status == MR_OK && header.kind == MR_BOXPAGE_START) {
         struct mr_boxpage_start_page start;
         mr_boxpage_get_start(box->buffer, &start);
-        box->records[box->scan_place].landing = start.landing;
+        box->records[box->scan_record_index].landing = start.landing;
     }
     box->tries = 0;
-    box->scan_place++;
+    box->scan_record_index++;
 }
 
 static void end_scan(struct blackbox *box)
@@ -458,7 +458,7 @@ static void end_scan(struct blackbox *box)
     }
     for (unsigned i = 0; i < BLACKBOX_RECORDS_MAX; i++) {
         if (box->records[i].is_used && box->is_freed[i])
-            drop_record(box, i);
+            discard_record(box, i);
     }
     box->write_sector = (box->newest_sector + 1) % NOR_SECTORS;
     box->state = MR_BOX_READY;
@@ -467,14 +467,15 @@ static void end_scan(struct blackbox *box)
 static bool begin_scan(struct blackbox *box)
 {
     if (box->scan_sector < NOR_SECTORS) {
-        begin_job(box, JOB_SCAN_HEAD, box->scan_sector, 0);
+        begin_job(box, JOB_SCAN_FIRST_PAGE, box->scan_sector, 0);
         nor_begin_read(get_address(box->scan_sector, 0), box->buffer, MR_BOXPAGE_HEADER_BYTES);
         return true;
     }
-    while (box->scan_place < BLACKBOX_RECORDS_MAX && !box->records[box->scan_place].is_used)
-        box->scan_place++;
-    if (box->scan_place < BLACKBOX_RECORDS_MAX) {
-        begin_read(box, JOB_SCAN_WALK, box->records[box->scan_place].last_sector, 0);
+    while (box->scan_record_index < BLACKBOX_RECORDS_MAX &&
+           !box->records[box->scan_record_index].is_used)
+        box->scan_record_index++;
+    if (box->scan_record_index < BLACKBOX_RECORDS_MAX) {
+        begin_read(box, JOB_SCAN_FIND_END, box->records[box->scan_record_index].last_sector, 0);
         return true;
     }
     end_scan(box);
@@ -522,7 +523,7 @@ static void read_page(struct blackbox *box)
         return;
     } else {
         if (status == MR_CRC)
-            health_count(MR_FAULT_NOR_FAILED, 3);
+            health_count_fault(MR_FAULT_NOR_FAILED, 3);
         advance_read(box);
     }
 }
@@ -570,8 +571,8 @@ static void write_end_page(struct blackbox *box)
         box->pages_closed + 3 - box->pages_written >= BLACKBOX_RING_PAGES)
         return;
     end_stream(box, &box->stream_writer);
-    box->end.blocks = box->is_first_block_open ? 0 : box->stored_count - box->first_stored_count;
-    box->end.lost = box->is_first_block_open
+    box->end.blocks = box->is_first_block_pending ? 0 : box->stored_count - box->first_stored_count;
+    box->end.lost = box->is_first_block_pending
                       ? 0
                       : box->last_block + 1 - box->end.first_block - box->end.blocks;
     mr_boxpage_put_end(box->ring[box->pages_closed % BLACKBOX_RING_PAGES], &box->end);
@@ -652,7 +653,7 @@ static void confirm_page(struct blackbox *box)
 /* Continues in the next sector after a page has failed. */
 static void handle_failed_page(struct blackbox *box)
 {
-    health_count(MR_FAULT_NOR_FAILED, 1);
+    health_count_fault(MR_FAULT_NOR_FAILED, 1);
     if (box->write_page == 0)
         set_sector(box, box->write_sector, SECTOR_BAD);
     box->write_sector = (box->write_sector + 1) % NOR_SECTORS;
@@ -678,14 +679,14 @@ static void verify_page(struct blackbox *box)
 
 static void mark_sector_bad(struct blackbox *box)
 {
-    health_count(MR_FAULT_NOR_FAILED, 2);
+    health_count_fault(MR_FAULT_NOR_FAILED, 2);
     set_sector(box, box->job_sector, SECTOR_BAD);
 }
 
 static void begin_erase(struct blackbox *box, unsigned sector)
 {
     begin_job(box, JOB_ERASE, sector, 0);
-    box->erase_begun_ms = box->now_ms;
+    box->erase_start_ms = box->now_ms;
     nor_begin_erase(get_address(sector, 0));
 }
 
@@ -712,7 +713,7 @@ static bool begin_idle_work(struct blackbox *box)
     if (box->dirty_sectors) {
         sector = find_sector(box, box->write_sector, SECTOR_DIRTY);
         if (sector == NOR_SECTORS)
-            sector = find_sector(box, (box->newest_sector + 1) % NOR_SECTORS, SECTOR_LAST);
+            sector = find_sector(box, (box->newest_sector + 1) % NOR_SECTORS, SECTOR_DIRTY_MARKED);
     }
     if (sector == NOR_SECTORS || sector == box->newest_sector)
         return false;
@@ -728,16 +729,16 @@ static void program_mark(struct blackbox *box)
     uint8_t kind = box->buffer[MR_BOXPAGE_KIND_OFFSET] & (uint8_t)~MR_BOXPAGE_NOT_FREED;
     memset(box->buffer, 0xff, NOR_PAGE_BYTES);
     box->buffer[MR_BOXPAGE_KIND_OFFSET] = kind;
-    begin_job(box, JOB_MARK, box->job_sector, 0);
+    begin_job(box, JOB_FREE_PROGRAM, box->job_sector, 0);
     nor_begin_program(get_address(box->job_sector, 0), box->buffer);
 }
 
 static void check_mark(struct blackbox *box)
 {
     if (!(box->buffer[MR_BOXPAGE_KIND_OFFSET] & MR_BOXPAGE_NOT_FREED))
-        drop_record(box, (unsigned)box->freeing_index);
+        discard_record(box, (unsigned)box->freeing_index);
     else
-        health_count(MR_FAULT_NOR_FAILED, 4); /* the record could not be freed */
+        health_count_fault(MR_FAULT_NOR_FAILED, 4); /* the record could not be freed */
     box->freeing_index = -1;
 }
 
@@ -746,14 +747,14 @@ static void check_mark(struct blackbox *box)
 static bool begin_next_job(struct blackbox *box)
 {
     switch (box->state) {
-    case MR_BOX_LOOKING: return begin_scan(box);
+    case MR_BOX_SCANNING: return begin_scan(box);
     case MR_BOX_RECORDING:
     case MR_BOX_CLOSING: return begin_program(box);
     case MR_BOX_READY:
         if (box->is_armed)
             return false;
         if (box->freeing_index >= 0) {
-            begin_read(box, JOB_READ_FOR_MARK, box->records[box->freeing_index].last_sector, 0);
+            begin_read(box, JOB_FREE_READ, box->records[box->freeing_index].last_sector, 0);
             return true;
         }
         if (box->reading_index >= 0)
@@ -768,9 +769,9 @@ static void finish_job(struct blackbox *box, bool done)
     enum job job = box->job;
     box->job = JOB_NONE;
     switch (job) {
-    case JOB_SCAN_HEAD: check_first_page(box); break;
+    case JOB_SCAN_FIRST_PAGE: check_first_page(box); break;
     case JOB_SCAN_PAGE: check_scanned_page(box); break;
-    case JOB_SCAN_WALK: search_last_page(box); break;
+    case JOB_SCAN_FIND_END: search_last_page(box); break;
     case JOB_SCAN_START: read_start_page(box); break;
     case JOB_PROGRAM:
         box->tries = 0;
@@ -782,16 +783,16 @@ static void finish_job(struct blackbox *box, bool done)
     case JOB_VERIFY: verify_page(box); break;
     case JOB_ERASE:
         if (done) {
-            box->erase_ms = (3 * box->erase_ms + (box->now_ms - box->erase_begun_ms) + 2) / 4;
+            box->erase_ms = (3 * box->erase_ms + (box->now_ms - box->erase_start_ms) + 2) / 4;
             begin_read(box, JOB_CHECK_ERASED, box->job_sector, 0);
         } else {
             mark_sector_bad(box);
         }
         break;
     case JOB_CHECK_ERASED: check_erased_page(box); break;
-    case JOB_READ_FOR_MARK: program_mark(box); break;
-    case JOB_MARK: begin_read(box, JOB_MARK_CHECK, box->job_sector, 0); break;
-    case JOB_MARK_CHECK: check_mark(box); break;
+    case JOB_FREE_READ: program_mark(box); break;
+    case JOB_FREE_PROGRAM: begin_read(box, JOB_FREE_VERIFY, box->job_sector, 0); break;
+    case JOB_FREE_VERIFY: check_mark(box); break;
     case JOB_READ: read_page(box); break;
     case JOB_NONE: break;
     }
@@ -806,10 +807,10 @@ void blackbox_start(struct blackbox *box)
     box->erase_ms = ERASE_ASSUMED_MS;
     box->freeing_index = -1;
     box->reading_index = -1;
-    box->state = MR_BOX_LOOKING;
+    box->state = MR_BOX_SCANNING;
     begin_ring(box);
     if (nor_poll() == NOR_MISSING) {
-        health_count(MR_FAULT_NOR_MISSING, 0);
+        health_count_fault(MR_FAULT_NOR_MISSING, 0);
         box->state = MR_BOX_MISSING;
     }
 }
@@ -838,12 +839,12 @@ void blackbox_poll(struct blackbox *box, uint32_t now_ms)
         if (status == NOR_BUSY)
             return;
         if (status == NOR_MISSING) {
-            health_count(MR_FAULT_NOR_MISSING, 1);
+            health_count_fault(MR_FAULT_NOR_MISSING, 1);
             box->state = MR_BOX_MISSING;
             return;
         }
         if (status == NOR_STUCK) {
-            health_count(MR_FAULT_NOR_FAILED, 5);
+            health_count_fault(MR_FAULT_NOR_FAILED, 5);
             box->is_stuck = true;
             box->state = MR_BOX_FAILED;
             return;
@@ -876,7 +877,7 @@ float blackbox_wait_s(const struct blackbox *box)
     switch (blackbox_check_ready(box)) {
     case MR_OK: return 0.0f;
     case MR_WAIT:
-        if (box->state == MR_BOX_LOOKING || box->freeing_index >= 0)
+        if (box->state == MR_BOX_SCANNING || box->freeing_index >= 0)
             return 1.0f;
         if (box->state != MR_BOX_READY)
             return 0.005f * (float)(box->pages_closed - box->pages_written + 1);
@@ -886,9 +887,9 @@ float blackbox_wait_s(const struct blackbox *box)
     }
 }
 
-enum mr_status blackbox_check_at_rest(const struct blackbox *box)
+enum mr_status blackbox_check_access(const struct blackbox *box)
 {
-    if (box->state == MR_BOX_LOOKING || box->state == MR_BOX_CLOSING || box->freeing_index >= 0)
+    if (box->state == MR_BOX_SCANNING || box->state == MR_BOX_CLOSING || box->freeing_index >= 0)
         return MR_WAIT;
     return box->state == MR_BOX_READY && !box->is_armed ? MR_OK : MR_NOT_NOW;
 }
@@ -896,7 +897,7 @@ enum mr_status blackbox_check_at_rest(const struct blackbox *box)
 enum mr_status blackbox_free(struct blackbox *box, uint16_t record)
 {
     int place = find_record(box, record);
-    enum mr_status status = blackbox_check_at_rest(box);
+    enum mr_status status = blackbox_check_access(box);
     if (status != MR_OK)
         return status;
     if (place < 0)
@@ -915,7 +916,7 @@ const struct blackbox_record *blackbox_record_at(const struct blackbox *box, uns
 enum mr_status blackbox_read(struct blackbox *box, uint16_t record, uint32_t page)
 {
     int place = find_record(box, record);
-    enum mr_status status = blackbox_check_at_rest(box);
+    enum mr_status status = blackbox_check_access(box);
     if (status != MR_OK)
         return status;
     if (place < 0)

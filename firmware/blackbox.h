@@ -89,13 +89,13 @@ struct blackbox {
     struct mr_boxpage_end end;
     bool is_armed;
     /* the first block of the record, which must begin with a key, has not been packed yet */
-    bool is_first_block_open;
+    bool is_first_block_pending;
     bool is_end_written;         /* the end page has been put into the ring */
     uint32_t stored_count;       /* number of blocks packed since start */
     uint32_t first_stored_count; /* number of blocks packed before the record's first block */
     uint32_t last_block;
     /* block index, and number of blocks packed since start, at the first key of each page */
-    uint32_t key_block[BLACKBOX_RING_PAGES], key_stored[BLACKBOX_RING_PAGES];
+    uint32_t key_block[BLACKBOX_RING_PAGES], key_stored_count[BLACKBOX_RING_PAGES];
     bool has_key[BLACKBOX_RING_PAGES];
 
     /* Operation of the memory in progress. */
@@ -106,10 +106,10 @@ struct blackbox {
     unsigned write_sector;
     unsigned write_page; /* page being written; NOR_PAGES_PER_SECTOR: no sector is open */
     unsigned failures;   /* number of consecutive pages that failed the read-back */
-    uint32_t erase_begun_ms, erase_ms;
+    uint32_t erase_start_ms, erase_ms;
     bool is_waiting_for_erase; /* waiting for an erase by the runway store (app.c) */
     int freeing_index;         /* index of the record being freed; -1: none */
-    unsigned scan_sector, scan_place;
+    unsigned scan_sector, scan_record_index;
     bool is_freed[BLACKBOX_RECORDS_MAX];
 
     /* Record being read out. */
@@ -161,8 +161,8 @@ void blackbox_finish(struct blackbox *box);
 /* MR_OK: records can be listed, read and freed. MR_WAIT: the box is scanning its memory, closing a
  * record or freeing one; try again soon. MR_NOT_NOW: a landing is armed or in progress, or there is
  * no memory. */
-enum mr_status blackbox_check_at_rest(const struct blackbox *box);
-/* Frees a record. MR_UNKNOWN: no such record; MR_WAIT, MR_NOT_NOW: as blackbox_check_at_rest. */
+enum mr_status blackbox_check_access(const struct blackbox *box);
+/* Frees a record. MR_UNKNOWN: no such record; MR_WAIT, MR_NOT_NOW: as blackbox_check_access. */
 enum mr_status blackbox_free(struct blackbox *box, uint16_t record);
 /* Starts reading out a record at page `page`. Status as blackbox_free. */
 enum mr_status blackbox_read(struct blackbox *box, uint16_t record, uint32_t page);

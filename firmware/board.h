@@ -4,7 +4,7 @@
  * firmware/f407/ implements it with the registers of the STM32F407; tests link a fake. The
  * application uses no registers and no clock: its time is the index of the current block. Every
  * wait in these calls is bounded. Only board_record_late_task and board_reset_restart_count may be
- * called from an interrupt. Faults are counted with health_count (health.h). */
+ * called from an interrupt. Faults are counted with health_count_fault (health.h). */
 #ifndef MATRIG_FIRMWARE_BOARD_H
 #define MATRIG_FIRMWARE_BOARD_H
 
@@ -60,10 +60,10 @@ struct board_restart {
 };
 
 /* Results of the background tests. */
-struct board_upkeep {
+struct board_background_tests {
     uint16_t stack_used, stack_size; /* bytes */
-    uint16_t ram_rounds;             /* completed tests of all RAM in use */
-    uint16_t flash_rounds;           /* completed checks of the program's checksum */
+    uint16_t ram_test_count;         /* completed tests of all RAM in use */
+    uint16_t flash_check_count;      /* completed checks of the program's checksum */
     bool is_ram_bad, is_flash_bad;   /* a fault was found since the start */
     uint32_t bad_address;            /* address of the first bad RAM */
 };
@@ -85,11 +85,16 @@ unsigned board_blocks_waiting(void);
  * first, and their number. */
 size_t board_edges_get(uint32_t until_tick, uint32_t *ticks, size_t capacity);
 
-enum board_pulses { BOARD_FRAMES, BOARD_BRAKE, BOARD_WHEEL, BOARD_PULSES };
+enum board_pulse_input {
+    BOARD_FRAME_PULSES,
+    BOARD_BRAKE_PULSES,
+    BOARD_WHEEL_PULSES,
+    BOARD_PULSE_INPUT_COUNT
+};
 /* Switches the capture of an input's pulses on or off. */
-void board_pulses_enable(enum board_pulses input, bool on);
+void board_pulses_enable(enum board_pulse_input input, bool on);
 /* As board_edges_get, for pulses; the delay of their input filter has been subtracted. */
-size_t board_pulses_get(enum board_pulses input, uint32_t until_tick, uint32_t *ticks,
+size_t board_pulses_get(enum board_pulse_input input, uint32_t until_tick, uint32_t *ticks,
                         size_t capacity);
 /* Sets the level of the camera's trigger output. Returns TIM2 at that moment. */
 uint32_t board_set_camera_trigger(bool high);
@@ -113,7 +118,7 @@ void board_can_clear(void);
 /* Leaves bus-off in two steps: call with `begin` true, then with false one tick later. The
  * controller then waits for 128 times 11 recessive bits. */
 void board_can_rejoin(bool begin);
-void board_can_state(struct board_can_errors *errors);
+void board_can_get_errors(struct board_can_errors *errors);
 /* Queues all of `length` bytes, or none and returns false. */
 bool board_serial_send(const uint8_t *bytes, size_t length);
 size_t board_serial_receive(uint8_t *bytes, size_t capacity);
@@ -150,7 +155,7 @@ void board_reset_restart_count(void);
 void board_check_memory(void);
 /* Restarts both tests from the beginning. */
 void board_restart_memory_test(void);
-void board_get_upkeep(struct board_upkeep *upkeep);
+void board_get_background_tests(struct board_background_tests *upkeep);
 /* Reads the flash and checks that vectors, header and program match the image that was built; takes
  * about 5 ms. False: the image has no header with a CRC. */
 bool board_image_check(bool *good);
@@ -181,7 +186,7 @@ void board_scans_restart(void);
 #define FLASH_COPY_BYTES (MR_CONFIGURATION_BYTES / FLASH_COPIES)
 
 /* Present content of a copy's sector, FLASH_COPY_BYTES bytes. */
-const uint8_t *flash_copy(unsigned copy);
+const uint8_t *flash_get_copy(unsigned copy);
 
 /* Erase and program only between calls of these two functions. */
 void flash_begin(void);

@@ -14,7 +14,7 @@ enum mr_status boxlink_execute(struct boxlink *link, struct blackbox *box,
                                struct telemetry *telemetry, const struct mr_command *command)
 {
     uint32_t argument = (uint32_t)command->argument;
-    enum mr_status status = blackbox_check_at_rest(box);
+    enum mr_status status = blackbox_check_access(box);
     if (command->argument < 0)
         return MR_USAGE;
     switch (command->code) {
@@ -65,7 +65,7 @@ void boxlink_report_state(const struct blackbox *box, struct telemetry *telemetr
                    .wear = (float)box->next_seq / (float)(NOR_SECTORS * NOR_PAGES_PER_SECTOR));
 }
 
-static uint16_t clip_u16(uint32_t value)
+static uint16_t clamp_u16(uint32_t value)
 {
     return value > UINT16_MAX ? UINT16_MAX : (uint16_t)value;
 }
@@ -81,11 +81,11 @@ static void send_list(struct boxlink *link, const struct blackbox *box, struct t
     if (record) {
         message = (struct mr_box_record){.record = record->record,
                                          .landing = record->landing,
-                                         .pages = clip_u16(record->next_seq - record->first_seq),
+                                         .pages = clamp_u16(record->next_seq - record->first_seq),
                                          .complete = record->is_complete};
         span = (struct mr_box_span){.first_block = record->first_block,
-                                    .blocks = clip_u16(record->blocks),
-                                    .lost = clip_u16(record->lost)};
+                                    .blocks = clamp_u16(record->blocks),
+                                    .lost = clamp_u16(record->lost)};
     }
     TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, box_record, BOX_RECORD, &message);
     if (message.record) /* 0 marks the end of the list */

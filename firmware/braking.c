@@ -19,14 +19,14 @@ void braking_on_block(struct braking *braking, struct telemetry *telemetry, stru
 {
     bool recording = landing_is_recording(landing);
     uint32_t ticks[PULSES_PER_BLOCK];
-    size_t count = pulses_get(&braking->brake, BOARD_BRAKE, config.site[0].brake_edge, index,
+    size_t count = pulses_get(&braking->brake, BOARD_BRAKE_PULSES, config.site[0].brake_edge, index,
                               until_tick, ticks);
     for (size_t i = 0; i < count && recording; i++) {
         landing_set_brake(landing, ticks[i]);
         report_pulses(telemetry, 0, ticks[i], index);
     }
-    count = pulses_get(&braking->wheel, BOARD_WHEEL, config.site[0].wheel_pulses, index, until_tick,
-                       ticks);
+    count = pulses_get(&braking->wheel, BOARD_WHEEL_PULSES, config.site[0].wheel_pulses, index,
+                       until_tick, ticks);
     for (size_t i = 0; i < count && recording && braking->count < UINT16_MAX; i++)
         report_pulses(telemetry, ++braking->count, ticks[i], index);
 }

@@ -18,15 +18,15 @@
 #define SIGNIFICANCE_SIGMA 3.0f
 #define HALF_BLOCKS        (CALIBRATE_BLOCKS / 2u)
 
-enum { PHASE_REST, PHASE_SHUNTED, PHASE_REST_AGAIN, PHASE_REPORT };
+enum { PHASE_REST, PHASE_SHUNTED, PHASE_REST_AFTER, PHASE_REPORT };
 enum verdict {
     VERDICT_GOOD = MR_ZERO_GOOD,
     VERDICT_NOT_VALID = MR_ZERO_NOT_VALID,
-    VERDICT_MOVES = MR_ZERO_MOVES,
+    VERDICT_MOVING = MR_ZERO_MOVING,
     VERDICT_WRONG = MR_ZERO_TOO_FAR
 };
 _Static_assert(VERDICT_GOOD == (int)MR_SHUNT_GOOD && VERDICT_NOT_VALID == (int)MR_SHUNT_NOT_VALID &&
-                   VERDICT_MOVES == (int)MR_SHUNT_MOVED && VERDICT_WRONG == (int)MR_SHUNT_WRONG,
+                   VERDICT_MOVING == (int)MR_SHUNT_MOVED && VERDICT_WRONG == (int)MR_SHUNT_WRONG,
                "zero and shunt calibration share their verdicts");
 
 bool calibrate_is_busy(const struct calibrate *calibrate)
@@ -134,7 +134,7 @@ static enum verdict check_zero(const struct calibrate *calibrate, unsigned c)
     if (calibrate->invalid_channels >> c & 1u)
         return VERDICT_NOT_VALID;
     if (!(compute_mean_spread(mean) * unit <= (tension ? MOVEMENT_MAX_LB : MOVEMENT_MAX_IN)))
-        return VERDICT_MOVES;
+        return VERDICT_MOVING;
     return tension && __builtin_fabsf(get_mean(mean) - zero_get_configured(c)) * unit >
                           ZERO_OFFSET_MAX_LB
              ? VERDICT_WRONG
@@ -223,7 +223,7 @@ static enum verdict check_span(const struct calibrate *calibrate, unsigned g, fl
     if (calibrate->invalid_channels >> (MR_TRANSDUCERS + g) & 1u)
         return VERDICT_NOT_VALID;
     if (calibrate->moved_gages >> g & 1u)
-        return VERDICT_MOVES;
+        return VERDICT_MOVING;
     return __builtin_fabsf(span_lb - channel->shunt_lb) >
                    (error_lb > allowed_lb ? error_lb : allowed_lb)
              ? VERDICT_WRONG
@@ -259,7 +259,7 @@ static void report_begin(struct calibrate *calibrate, struct telemetry *telemetr
                          const struct landing *landing)
 {
     TELEMETRY_SEND(telemetry, TO_LINKS, shunt, SHUNT, .number = ++calibrate->number,
-                   .landing = landing->number, .block = calibrate->began_block);
+                   .landing = landing->number, .block = calibrate->start_block);
 }
 
 /* Reports one gage per block, to avoid a burst. */
@@ -285,7 +285,7 @@ static void continue_phase(struct calibrate *calibrate, struct telemetry *teleme
     }
     end_phase(calibrate);
     board_set_shunts(calibrate->phase == PHASE_REST);
-    if (calibrate->phase == PHASE_REST_AGAIN) {
+    if (calibrate->phase == PHASE_REST_AFTER) {
         report_begin(calibrate, telemetry, landing);
         calibrate->gages_to_report = MR_GAGES;
     }
@@ -314,7 +314,7 @@ enum mr_status calibrate_begin(struct calibrate *calibrate, struct telemetry *te
     calibrate->tag = command->tag;
     calibrate->invalid_channels = calibrate->moved_gages = 0;
     calibrate->has_failed = false;
-    calibrate->began_block = block;
+    calibrate->start_block = block;
     begin_phase(calibrate, PHASE_REST, block);
     return MR_OK;
 }

@@ -37,7 +37,7 @@ struct calibrate {
     uint8_t zero_argument; /* argument of the command `zero` */
     uint8_t phase;
     uint16_t tag;
-    uint32_t began_block, next_block; /* next_block: first block that is used after settling */
+    uint32_t start_block, next_block; /* next_block: first block that is used after settling */
     unsigned count;                   /* number of blocks processed in this phase */
     uint32_t invalid_channels;        /* one bit per channel: not valid in at least one block */
     struct calibrate_mean mean[MR_CHANNELS];

@@ -22,7 +22,7 @@ static void report_frames(struct camera *camera, struct telemetry *telemetry, ui
                           uint32_t until_tick, bool recording)
 {
     uint32_t ticks[PULSES_PER_BLOCK];
-    size_t count = pulses_get(&camera->pulses, BOARD_FRAMES, config.site[0].camera, index,
+    size_t count = pulses_get(&camera->pulses, BOARD_FRAME_PULSES, config.site[0].camera, index,
                               until_tick, ticks);
     for (size_t i = 0; i < count && recording; i++)
         TELEMETRY_SEND(telemetry, TO_RECORD, film_frame, FILM_FRAME, .number = ++camera->frames,

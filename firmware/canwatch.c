@@ -93,7 +93,7 @@ struct canwatch_changes canwatch_tick(struct canwatch *watch)
     enum mr_can_state state_before = watch->state;
     if (watch->is_silent)
         return changes;
-    board_can_state(&watch->errors);
+    board_can_get_errors(&watch->errors);
     bool passed = watch->errors.sent_count != watch->sent_count;
     watch->sent_count = watch->errors.sent_count;
     watch->stalled_ticks = passed || !watch->errors.is_pending ? 0 : watch->stalled_ticks + 1;

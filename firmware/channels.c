@@ -26,7 +26,7 @@ void channels_arm(struct channels *channels, uint32_t index)
     mr_watch_begin(&channels->watch, config.channel, index);
 }
 
-void channels_on_zero(struct channels *channels, uint32_t which, uint32_t index)
+void channels_on_zero_measured(struct channels *channels, uint32_t which, uint32_t index)
 {
     for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
         if (which >> c & 1u)
@@ -49,7 +49,7 @@ static void report_change(struct channels *channels, struct telemetry *telemetry
     if (!mr_watch_get_change(&channels->watch, c, index, &change))
         return;
     if (change.validity != MR_VALID)
-        health_count(MR_FAULT_CHANNEL, (uint8_t)c);
+        health_count_fault(MR_FAULT_CHANNEL, (uint8_t)c);
     TELEMETRY_SEND(telemetry, TO_RECORD, channel_event, CHANNEL_EVENT, .index = (uint8_t)c,
                    .validity = change.validity, .code = channels->watch.channel[c].code,
                    .block = change.block);

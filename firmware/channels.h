@@ -23,7 +23,7 @@ void channels_arm(struct channels *channels, uint32_t index);
 
 /* Call after the zeros of the channels in the bit mask `which` were measured, immediately before
  * block `index`. */
-void channels_on_zero(struct channels *channels, uint32_t which, uint32_t index);
+void channels_on_zero_measured(struct channels *channels, uint32_t which, uint32_t index);
 
 /* Returns the reading of channel 0..MR_WATCH_CHANNELS-1 of a block. Call for each block, with
  * channels in ascending order. */

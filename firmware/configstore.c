@@ -17,30 +17,30 @@ static uint32_t get_word(const uint8_t *image, unsigned word)
 
 static uint32_t get_copy_revision(unsigned copy)
 {
-    return get_word(flash_copy(copy), 4);
+    return get_word(flash_get_copy(copy), 4);
 }
 
 /* Checks a copy. An intact copy may still be refused, because another firmware version with other
  * rules may have written it. */
 static uint8_t check_copy(unsigned copy)
 {
-    const uint8_t *bytes = flash_copy(copy);
+    const uint8_t *bytes = flash_get_copy(copy);
     return mr_is_blank(bytes, MR_CONFIG_IMAGE_BYTES)
              ? CONFIGSTORE_BLANK
              : (uint8_t)-mr_config_check_image(bytes, FLASH_COPY_BYTES);
 }
 
 /* Checks that `config` is valid and fits no channel for which the board has no input. */
-static enum mr_status check_config(struct mr_config_reason *reason)
+static enum mr_status check_config(struct mr_config_violation *reason)
 {
     enum mr_status status = mr_config_check(&config, reason);
     for (unsigned c = 0; status == MR_OK && c < MR_CHANNELS; c++) {
         if (config.channel[c].kind == MR_KIND_NONE || board_input_mask() >> c & 1u)
             continue;
-        *reason = (struct mr_config_reason){.group = MR_GROUP_channel,
-                                            .index = (uint8_t)c,
-                                            .field = MR_FIELD_channel_kind,
-                                            .rule = MR_RULE_NO_INPUT};
+        *reason = (struct mr_config_violation){.group = MR_GROUP_channel,
+                                               .index = (uint8_t)c,
+                                               .field = MR_FIELD_channel_kind,
+                                               .rule = MR_RULE_NO_INPUT};
         status = MR_LIMIT;
     }
     return status;
@@ -49,8 +49,8 @@ static enum mr_status check_config(struct mr_config_reason *reason)
 /* Applies a copy. Returns false, with nothing changed, if it is invalid. */
 static bool use_copy(struct configstore *store, unsigned copy)
 {
-    struct mr_config_reason reason;
-    memcpy(store->image, flash_copy(copy), MR_CONFIG_IMAGE_BYTES);
+    struct mr_config_violation reason;
+    memcpy(store->image, flash_get_copy(copy), MR_CONFIG_IMAGE_BYTES);
     mr_config_swap_image(store->image, &config);
     if (check_config(&reason) != MR_OK) {
         mr_config_swap_image(store->image, &config);
@@ -58,7 +58,7 @@ static bool use_copy(struct configstore *store, unsigned copy)
         return false;
     }
     store->source = copy ? CONFIGSTORE_COPY_B : CONFIGSTORE_COPY_A;
-    store->crc = get_word(flash_copy(copy), MR_CONFIG_WORDS - 1);
+    store->crc = get_word(flash_get_copy(copy), MR_CONFIG_WORDS - 1);
     return true;
 }
 
@@ -101,8 +101,9 @@ void configstore_start(struct configstore *store)
     unsigned damaged = (is_damaged(store->copy[0]) ? 1u : 0u) |
                        (is_damaged(store->copy[1]) ? 2u : 0u);
     if (damaged)
-        health_count(MR_FAULT_CONFIG,
-                     (uint8_t)(store->source == CONFIGSTORE_BUILT_IN ? BOTH_COPIES : damaged));
+        health_count_fault(
+            MR_FAULT_CONFIG,
+            (uint8_t)(store->source == CONFIGSTORE_BUILT_IN ? BOTH_COPIES : damaged));
 }
 
 struct mr_config_state configstore_get_state(const struct configstore *store)
@@ -155,13 +156,13 @@ void configstore_put_word(struct configstore *store, struct telemetry *telemetry
 
 /* Checks the staged image: MR_OK, or MR_LIMIT with the reason. `config` and the image are unchanged
  * afterwards. */
-static enum mr_status check_staged(struct configstore *store, struct mr_config_reason *reason)
+static enum mr_status check_staged(struct configstore *store, struct mr_config_violation *reason)
 {
     uint32_t revision = config.site[0].revision;
     mr_config_swap_image(store->image, &config);
     enum mr_status status = check_config(reason);
     if (status == MR_OK && config.site[0].revision != revision + 1u) {
-        *reason = (struct mr_config_reason){
+        *reason = (struct mr_config_violation){
             .group = MR_GROUP_site, .field = MR_FIELD_site_revision, .rule = MR_RULE_REVISION};
         status = MR_LIMIT;
     }
@@ -180,13 +181,13 @@ static bool write_copy(const struct configstore *store, unsigned copy)
         written = flash_program(copy, 4u * word, get_word(store->image, word));
     }
     flash_end();
-    return written && memcmp(flash_copy(copy), store->image, MR_CONFIG_IMAGE_BYTES) == 0;
+    return written && memcmp(flash_get_copy(copy), store->image, MR_CONFIG_IMAGE_BYTES) == 0;
 }
 
 enum mr_status configstore_apply(struct configstore *store, struct telemetry *telemetry,
                                  uint32_t crc)
 {
-    struct mr_config_reason r;
+    struct mr_config_violation r;
     unsigned copy = store->source == CONFIGSTORE_COPY_A ? 1 : 0;
     if (!store->is_staging || store->word_count != MR_CONFIG_WORDS)
         return MR_TOO_FEW;
@@ -208,7 +209,7 @@ enum mr_status configstore_apply(struct configstore *store, struct telemetry *te
     bool written = write_copy(store, copy);
     store->copy[copy] = check_copy(copy);
     if (!written) {
-        health_count(MR_FAULT_CONFIG, (uint8_t)(copy + 1));
+        health_count_fault(MR_FAULT_CONFIG, (uint8_t)(copy + 1));
         return MR_IO;
     }
     store->is_staging = false;

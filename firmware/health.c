@@ -7,7 +7,7 @@ static volatile uint32_t current_block;
 
 _Static_assert(MR_FAULT_COUNT <= 32, "health.faults has one bit per fault");
 
-void health_count(enum mr_fault_code fault, uint8_t detail)
+void health_count_fault(enum mr_fault_code fault, uint8_t detail)
 {
     volatile struct health_counter *counter = &counters[fault];
     if (counter->count < UINT16_MAX)
@@ -27,7 +27,7 @@ uint16_t health_get_count(enum mr_fault_code fault)
     return counters[fault].count;
 }
 
-uint32_t health_block(void)
+uint32_t health_get_block(void)
 {
     return current_block;
 }
@@ -120,7 +120,7 @@ void tasks_tick(uint32_t pc)
         /* if the main loop itself is late, the task that is running is the cause */
         unsigned blamed = task == MR_TASK_LOOP && tasks_current() ? (unsigned)tasks_current()
                                                                   : task;
-        health_count(MR_FAULT_TASK_LATE, (uint8_t)blamed);
+        health_count_fault(MR_FAULT_TASK_LATE, (uint8_t)blamed);
         board_record_late_task((uint8_t)blamed, pc);
     } else if (!task && is_any_task_late) {
         board_record_late_task(0, 0);

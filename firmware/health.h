@@ -16,10 +16,10 @@ struct health_counter {
 };
 
 /* Counts one fault. `detail` as in the fault table, else 0. */
-void health_count(enum mr_fault_code fault, uint8_t detail);
+void health_count_fault(enum mr_fault_code fault, uint8_t detail);
 /* Sets the block that is recorded with the following faults. */
 void health_set_block(uint32_t block);
-uint32_t health_block(void);
+uint32_t health_get_block(void);
 /* Number of faults since reset; saturates at 65535. */
 uint16_t health_get_count(enum mr_fault_code fault);
 /* Bit n: fault n has occurred since reset. */

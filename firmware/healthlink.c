@@ -20,22 +20,22 @@ static void record_result(struct selftest *test, enum mr_self_test_number number
     if (good)
         return;
     test->failed_tests = (uint16_t)(test->failed_tests | 1u << number);
-    health_count(MR_FAULT_SELFTEST, (uint8_t)number);
+    health_count_fault(MR_FAULT_SELFTEST, (uint8_t)number);
 }
 
 enum mr_status healthlink_self_test(struct healthlink *link, uint16_t tag)
 {
     struct selftest *test = &link->test;
-    struct board_upkeep upkeep;
+    struct board_background_tests upkeep;
     bool good;
     if (test->is_running)
         return MR_WAIT;
     board_restart_memory_test();
-    board_get_upkeep(&upkeep);
+    board_get_background_tests(&upkeep);
     *test = (struct selftest){.is_running = true,
                               .tag = tag,
-                              .ram_rounds = upkeep.ram_rounds,
-                              .flash_rounds = upkeep.flash_rounds,
+                              .ram_test_count = upkeep.ram_test_count,
+                              .flash_check_count = upkeep.flash_check_count,
                               .polarity_faults = health_get_count(MR_FAULT_POLARITY)};
     if (board_image_check(&good))
         record_result(test, MR_SELF_TEST_IMAGE, good);
@@ -45,11 +45,11 @@ enum mr_status healthlink_self_test(struct healthlink *link, uint16_t tag)
 
 static void check_memories(struct selftest *test)
 {
-    struct board_upkeep upkeep;
-    board_get_upkeep(&upkeep);
-    if (upkeep.ram_rounds != test->ram_rounds)
+    struct board_background_tests upkeep;
+    board_get_background_tests(&upkeep);
+    if (upkeep.ram_test_count != test->ram_test_count)
         record_result(test, MR_SELF_TEST_RAM, !upkeep.is_ram_bad);
-    if (upkeep.flash_rounds != test->flash_rounds)
+    if (upkeep.flash_check_count != test->flash_check_count)
         record_result(test, MR_SELF_TEST_FLASH, !upkeep.is_flash_bad);
     enum nor_status nor = config.site[0].black_box ? nor_identify() : NOR_BUSY;
     if (nor != NOR_BUSY)
@@ -137,7 +137,7 @@ void healthlink_start(struct healthlink *link)
     if (link->restart.crash && link->restart.crash_age == 0)
         link->next_crash_word = 0;
     if (identity.image_state == MR_IMAGE_HEADER || identity.image_state == MR_IMAGE_PROGRAM)
-        health_count(MR_FAULT_SELFTEST, MR_SELF_TEST_IMAGE);
+        health_count_fault(MR_FAULT_SELFTEST, MR_SELF_TEST_IMAGE);
 }
 
 void healthlink_report_crash(struct healthlink *link)
@@ -164,11 +164,11 @@ static void send_alarm(struct telemetry *telemetry, unsigned sinks)
 
 static void send_upkeep(struct telemetry *telemetry)
 {
-    struct board_upkeep upkeep;
-    board_get_upkeep(&upkeep);
+    struct board_background_tests upkeep;
+    board_get_background_tests(&upkeep);
     TELEMETRY_SEND(telemetry, TO_LINKS, upkeep, UPKEEP, .stack_used = upkeep.stack_used,
-                   .stack_size = upkeep.stack_size, .ram_tested = upkeep.ram_rounds,
-                   .flash_checked = upkeep.flash_rounds);
+                   .stack_size = upkeep.stack_size, .ram_tested = upkeep.ram_test_count,
+                   .flash_checked = upkeep.flash_check_count);
 }
 
 static void send_restarts(const struct board_restart *restart, struct telemetry *telemetry)
@@ -212,9 +212,9 @@ static void supervise_can(struct telemetry *telemetry)
     uint8_t payload[MR_MESSAGE_BYTES_MAX];
     struct canwatch_changes changes = canwatch_tick(&telemetry->can);
     if (changes.has_become_passive)
-        health_count(MR_FAULT_CAN_PASSIVE, telemetry->can.errors.tec);
+        health_count_fault(MR_FAULT_CAN_PASSIVE, telemetry->can.errors.tec);
     if (changes.has_become_off)
-        health_count(MR_FAULT_CAN_BUS_OFF, telemetry->can.errors.tec);
+        health_count_fault(MR_FAULT_CAN_BUS_OFF, telemetry->can.errors.tec);
     if (changes.must_send_probe) {
         struct mr_can_alarm alarm = canwatch_get_alarm(&telemetry->can);
         telemetry_send_probe(telemetry, MR_ID_CAN_ALARM, payload,

@@ -27,7 +27,8 @@ struct selftest {
     bool is_running;
     uint16_t tag, done_tests, failed_tests;
     unsigned ticks;
-    uint16_t ram_rounds, flash_rounds; /* values of the counters at the start of the self-test */
+    uint16_t ram_test_count,
+        flash_check_count; /* values of the counters at the start of the self-test */
     uint16_t polarity_faults;
     unsigned blocks;
     bool is_reference_bad, is_excited;

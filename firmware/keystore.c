@@ -63,11 +63,11 @@ static void set_key_state(struct keystore *store, enum mr_key_state state)
     store->state = state;
     store->step = STEP_NONE;
     if (store->has_stale_copy) {
-        store->copy_in_work = 1u - store->copy;
+        store->target_copy = 1u - store->copy;
         store->step = STEP_WIPE;
     }
     if (state == MR_KEY_DAMAGED)
-        health_count(MR_FAULT_NOR_FAILED, FAULT_DETAIL);
+        health_count_fault(MR_FAULT_NOR_FAILED, FAULT_DETAIL);
 }
 
 /* Makes the record in `buffer` the active key. */
@@ -102,10 +102,10 @@ static void check_copy(struct keystore *store)
     store->tries = 0;
     store->has_stale_copy = whole && store->copy != KEY_COPIES;
     if (whole && (store->copy == KEY_COPIES || mr_get_u32(&p) > store->change_number))
-        use_record(store, store->copy_in_work);
-    if (++store->copy_in_work < KEY_COPIES)
+        use_record(store, store->target_copy);
+    if (++store->target_copy < KEY_COPIES)
         return;
-    store->copy_in_work = store->copy;
+    store->target_copy = store->copy;
     store->page = 1;
     if (store->is_set)
         store->step = STEP_COUNT;
@@ -175,12 +175,12 @@ static void set_answer(struct keystore *store, enum mr_status status)
     store->step = STEP_NONE;
     store->answer.status = (int8_t)status;
     store->has_answer = store->answer.code !=
-                        MR_COMMAND_NONE; /* no command to answer: this is a start */
+                        MR_COMMAND_INVALID; /* no command to answer: this is a start */
     store->received_words = 0;
     memset(store->staged_key, 0, sizeof store->staged_key);
 }
 
-static bool is_as_written(struct keystore *store)
+static bool is_written_correctly(struct keystore *store)
 {
     const uint8_t *p = store->buffer + 4;
     bool set = store->answer.code == MR_COMMAND_KEY_SET;
@@ -190,16 +190,16 @@ static bool is_as_written(struct keystore *store)
 
 static void verify_record(struct keystore *store)
 {
-    if (is_as_written(store)) {
-        unsigned old = 1u - store->copy_in_work;
-        use_record(store, store->copy_in_work);
+    if (is_written_correctly(store)) {
+        unsigned old = 1u - store->target_copy;
+        use_record(store, store->target_copy);
         store->state = store->is_set ? MR_KEY_SET : MR_KEY_OPEN;
-        store->copy_in_work = old;
+        store->target_copy = old;
         store->step = STEP_WIPE;
     } else if (++store->tries < TRIES_MAX) {
         store->step = STEP_ERASE;
     } else {
-        health_count(MR_FAULT_NOR_FAILED, FAULT_DETAIL);
+        health_count_fault(MR_FAULT_NOR_FAILED, FAULT_DETAIL);
         set_answer(store, MR_IO);
     }
 }
@@ -247,7 +247,7 @@ bool keystore_poll(struct keystore *store)
 bool keystore_begin(struct keystore *store)
 {
     bool of_starts = store->step >= STEP_COUNT && store->step <= STEP_CHECK;
-    uint32_t address = get_address(store->copy_in_work, of_starts ? store->page : 0);
+    uint32_t address = get_address(store->target_copy, of_starts ? store->page : 0);
     if (store->step == STEP_NONE)
         return false;
     /* At start, the chip may still be busy with an operation that a reset interrupted. */
@@ -313,7 +313,7 @@ enum mr_status keystore_execute(struct keystore *store, const struct mr_command 
         return MR_CRC;
     store->answer = (struct mr_ack){.code = command->code, .tag = command->tag};
     store->has_answer = false;
-    store->copy_in_work = store->copy == 0 ? 1 : 0;
+    store->target_copy = store->copy == 0 ? 1 : 0;
     store->tries = 0;
     store->step = STEP_ERASE;
     return MR_OK;
@@ -324,7 +324,7 @@ bool keystore_get_answer(struct keystore *store, struct mr_ack *answer)
     if (!store->has_answer)
         return false;
     *answer = store->answer;
-    store->answer.code = MR_COMMAND_NONE;
+    store->answer.code = MR_COMMAND_INVALID;
     store->has_answer = false;
     return true;
 }

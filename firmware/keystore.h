@@ -31,7 +31,7 @@ struct keystore {
 
     bool is_set;   /* the valid copy contains a key */
     unsigned copy; /* the valid copy; KEY_COPIES: none */
-    unsigned step, copy_in_work, page, tries;
+    unsigned step, target_copy, page, tries;
     bool is_in_progress;   /* the memory is executing an operation of this module */
     bool has_damaged_copy; /* a copy is damaged */
     /* a power failure prevented erasing the old copy, which must be erased now */

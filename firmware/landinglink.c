@@ -10,7 +10,7 @@
 void landinglink_send_block(struct telemetry *telemetry, const struct mr_block *block)
 {
     uint8_t record[MR_BLOCK_BYTES_MAX];
-    telemetry_send(telemetry, TO_SERIAL, MR_ID_BLOCK, record, mr_block_put(block, record));
+    telemetry_send(telemetry, TO_SERIAL, MR_ID_BLOCK, record, mr_block_encode(block, record));
 }
 
 /* True if any of the `count` inputs from `first` on is fitted. */
@@ -118,7 +118,7 @@ void landinglink_send_changes(struct telemetry *telemetry, const struct landing 
     if (changes->has_new_summary)
         landinglink_send_summary(telemetry, &landing->summary);
     if (changes->fit_status != MR_OK)
-        health_count(MR_FAULT_NO_FIT, (uint8_t)-changes->fit_status);
+        health_count_fault(MR_FAULT_NO_FIT, (uint8_t)-changes->fit_status);
     if (changes->has_new_state)
         landinglink_send_state(telemetry, landing);
 }
@@ -154,7 +154,7 @@ static void send_can_health(struct telemetry *telemetry)
     uint32_t dropped = (uint32_t)can->drop_count.queue_full + can->drop_count.bus_off +
                        can->drop_count.timeout;
     struct board_can_errors errors;
-    board_can_state(&errors);
+    board_can_get_errors(&errors);
     TELEMETRY_SEND(telemetry, TO_LINKS, can_health, CAN_HEALTH,
                    .sent = telemetry->can_sent - errors.removed_count,
                    .dropped = dropped > UINT16_MAX ? UINT16_MAX : (uint16_t)dropped,

@@ -243,7 +243,7 @@ static void handle_backlog(struct predict *p, struct telemetry *telemetry,
         return;
     p->has_backlog = true;
     p->backlog_block = block->index;
-    mr_predictor_choose_cheaper(&p->predictor);
+    mr_predictor_reduce_level(&p->predictor);
     TELEMETRY_SEND(telemetry, TO_RECORD, backlog, BACKLOG, .waiting = (uint16_t)waiting,
                    .block = block->index);
 }
@@ -306,7 +306,7 @@ static void discard_plan(struct predict *p)
 bool predict_end(struct predict *p, struct telemetry *telemetry, const struct landing *landing,
                  uint32_t index)
 {
-    uint32_t held = predict_find_kept_zeros(&p->predictor, landing);
+    uint32_t held = predict_find_frozen_zeros(&p->predictor, landing);
     bool moved = landing->state != MR_LANDING_ARMED || (held & (held - 1u)) != 0;
     bool folded = p->status == MR_OK && p->predictor.is_armed && moved;
     if (p->status != MR_OK || !p->predictor.is_armed)
@@ -323,7 +323,7 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
                                                  .start_s = MR_NAN,
                                                  .failure_s = MR_NAN,
                                                  .failure_ft = MR_NAN,
-                                                 .reason = MR_RISK_NOT_KNOWN};
+                                                 .reason = MR_RISK_UNKNOWN};
         report_zone(p, telemetry, index);
     }
     if (folded) {
@@ -373,7 +373,7 @@ static enum mr_status activate_chart(struct predict *p, uint32_t crc)
     bool right = mr_risk_plan_crc(&p->staged_plan) == crc;
     enum mr_status status = right ? mr_risk_plan_check(&p->staged_plan) : MR_CRC;
     /* refuse a chart that was made for another state of the runway */
-    if (status == MR_OK && !__builtin_isnan(p->staged_plan.row_ft_s2[0]) &&
+    if (status == MR_OK && !__builtin_isnan(p->staged_plan.chart_deceleration_ft_s2[0]) &&
         p->staged_plan.landings != (float)p->predictor.landings)
         status = MR_VERSION;
     if (status == MR_OK) {

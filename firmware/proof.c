@@ -9,7 +9,7 @@ void proof_store(struct proof *proof, bool by_serial, const uint8_t *payload, si
     if (length != MR_PROOF_BYTES)
         return;
     memcpy(proof->link[by_serial].proof, payload, MR_PROOF_BYTES);
-    proof->link[by_serial].is_given = true;
+    proof->link[by_serial].is_received = true;
 }
 
 /* Compares in constant time, so that the time does not reveal how much of a wrong proof is
@@ -28,11 +28,11 @@ static void renew_nonce(struct proof *proof, const struct keystore *store,
 {
     const uint32_t numbers[3] = {store->change_number, store->start_count, ++proof->nonces};
     const uint8_t *p = proof->nonce;
-    proof->link[0].is_given = proof->link[1].is_given = false;
+    proof->link[0].is_received = proof->link[1].is_received = false;
     proof->is_nonce_valid = store->state == MR_KEY_SET;
     if (!proof->is_nonce_valid)
         return;
-    mr_proof_nonce(proof->nonce, store->key, numbers);
+    mr_proof_compute_nonce(proof->nonce, store->key, numbers);
     uint32_t low = mr_get_u32(&p);
     TELEMETRY_SEND(telemetry, TO_LINKS, nonce, NONCE, .low = low, .high = mr_get_u32(&p));
 }
@@ -46,11 +46,11 @@ enum mr_status proof_check(struct proof *proof, const struct keystore *store,
         return MR_OK;
     if (store->state == MR_KEY_NOT_READ)
         return MR_WAIT;
-    if (!proof->is_nonce_valid || !proof->link[by_serial].is_given)
+    if (!proof->is_nonce_valid || !proof->link[by_serial].is_received)
         return MR_PROOF;
     if (proof->link[by_serial].lock_seconds)
         return MR_LOCKOUT;
-    mr_proof_make(wanted, store->key, proof->nonce, payload, telemetry->identity.uid);
+    mr_proof_compute(wanted, store->key, proof->nonce, payload, telemetry->identity.uid);
     if (is_equal(wanted, proof->link[by_serial].proof)) {
         proof->link[by_serial].failures = 0;
         renew_nonce(proof, store, telemetry);

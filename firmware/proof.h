@@ -24,7 +24,7 @@ struct proof {
     uint16_t refused;    /* number of wrong proofs */
     struct {
         uint8_t proof[MR_PROOF_BYTES];
-        bool is_given;
+        bool is_received;
         uint8_t failures, lock_seconds;
     } link[2]; /* links: CAN, serial */
 };

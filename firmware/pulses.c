@@ -6,7 +6,7 @@
 #define COMPARABLE_BLOCKS  1000u              /* ticks can be compared within 25 s */
 #define DETAIL_TOO_FAST    2u                 /* detail of the fault: pulses too close together */
 
-size_t pulses_get(struct pulses *pulses, enum board_pulses input, bool fitted, uint32_t index,
+size_t pulses_get(struct pulses *pulses, enum board_pulse_input input, bool fitted, uint32_t index,
                   uint32_t until_tick, uint32_t ticks[PULSES_PER_BLOCK])
 {
     size_t accepted = 0, count = 0;
@@ -20,7 +20,7 @@ size_t pulses_get(struct pulses *pulses, enum board_pulses input, bool fitted, u
          * too. */
         if (pulses->has_last && index - pulses->block < COMPARABLE_BLOCKS &&
             (int32_t)(ticks[i] - pulses->tick) < (int32_t)INTERVAL_MIN_TICKS) {
-            health_count(MR_FAULT_EDGE_OVERRUN, DETAIL_TOO_FAST);
+            health_count_fault(MR_FAULT_EDGE_OVERRUN, DETAIL_TOO_FAST);
             continue;
         }
         *pulses = (struct pulses){true, true, ticks[i], index};

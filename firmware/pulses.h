@@ -18,7 +18,7 @@ struct pulses {
 
 /* Captures the input while it is fitted, and processes the pulses up to a tick. Call in each block;
  * `index` is its number. Returns the number of accepted pulses. */
-size_t pulses_get(struct pulses *pulses, enum board_pulses input, bool fitted, uint32_t index,
+size_t pulses_get(struct pulses *pulses, enum board_pulse_input input, bool fitted, uint32_t index,
                   uint32_t until_tick, uint32_t ticks[PULSES_PER_BLOCK]);
 
 #endif

@@ -60,7 +60,8 @@ static void check_copy(struct runwaystore *store, struct predict *predict)
 {
     /* predict->state may be used here, because nothing is armed before the runway is loaded */
     struct mr_predictor_state *state = &predict->state;
-    enum mr_status status = mr_runway_read(state, &store->sequence[store->step_copy], store->image);
+    enum mr_status status = mr_runway_decode(state, &store->sequence[store->step_copy],
+                                             store->image);
     store->copy[store->step_copy] = mr_is_blank(store->image, MR_RUNWAY_IMAGE_BYTES)
                                       ? RUNWAYSTORE_BLANK
                                       : (uint8_t)-status;
@@ -77,14 +78,14 @@ static void check_copy(struct runwaystore *store, struct predict *predict)
     store->step = STEP_NONE;
     store->is_loaded = true;
     if (is_damaged(store->copy[0]) || is_damaged(store->copy[1]))
-        health_count(MR_FAULT_NOR_FAILED, RUNWAYSTORE_FAULT_DETAIL);
+        health_count_fault(MR_FAULT_NOR_FAILED, RUNWAYSTORE_FAULT_DETAIL);
 }
 
 /* Loads the newest whole copy, unless it belongs to another runway. */
 static void load_newest(struct runwaystore *store, struct predict *predict, const float *slack_in)
 {
-    enum mr_status status = mr_runway_read(&predict->state, &store->sequence[store->step_copy],
-                                           store->image);
+    enum mr_status status = mr_runway_decode(&predict->state, &store->sequence[store->step_copy],
+                                             store->image);
     if (status == MR_OK)
         status = predict_load(predict, store->step_copy ? MR_RUNWAY_COPY_B : MR_RUNWAY_COPY_A,
                               slack_in);
@@ -116,7 +117,7 @@ static void end_writing(struct runwaystore *store, struct predict *predict, bool
         return;
     }
     if (!holds)
-        health_count(MR_FAULT_NOR_FAILED, RUNWAYSTORE_FAULT_DETAIL);
+        health_count_fault(MR_FAULT_NOR_FAILED, RUNWAYSTORE_FAULT_DETAIL);
     store->step = STEP_NONE;
     store->tries = 0;
     predict_mark_stored(predict, store->crc);
@@ -171,7 +172,7 @@ static void begin_writing(struct runwaystore *store, struct predict *predict)
     store->step = STEP_ERASE;
     store->page = 0;
     store->tries = 0;
-    mr_runway_write(predict_get_state(predict), sequence, store->image);
+    mr_runway_encode(predict_get_state(predict), sequence, store->image);
     store->crc = predict->crc;
 }
 

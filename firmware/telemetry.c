@@ -18,7 +18,7 @@ static void send_can(struct telemetry *telemetry, uint16_t id, const uint8_t *pa
     if (board_can_send(&frame)) {
         telemetry->can_sent++;
     } else {
-        health_count(MR_FAULT_CAN_QUEUE_FULL, 0);
+        health_count_fault(MR_FAULT_CAN_QUEUE_FULL, 0);
         canwatch_count_full(&telemetry->can);
     }
 }
@@ -36,7 +36,7 @@ static void send_serial(struct telemetry *telemetry, uint16_t id, const uint8_t 
     }
     if (telemetry->serial_dropped < UINT16_MAX)
         telemetry->serial_dropped++;
-    health_count(MR_FAULT_SERIAL_QUEUE_FULL, 0);
+    health_count_fault(MR_FAULT_SERIAL_QUEUE_FULL, 0);
 }
 
 void telemetry_send(struct telemetry *telemetry, unsigned sinks, uint16_t id,
@@ -85,7 +85,7 @@ void telemetry_start(struct telemetry *telemetry, struct blackbox *box)
     bool silent = telemetry->identity.clock_source != MR_CLOCK_CRYSTAL;
     canwatch_start(&telemetry->can, silent);
     if (silent)
-        health_count(MR_FAULT_CAN_SILENT, 0);
+        health_count_fault(MR_FAULT_CAN_SILENT, 0);
 }
 
 /* ---- time synchronisation ---- */

@@ -36,7 +36,7 @@ void thermometer_start(struct thermometer *t)
 {
     *t = (struct thermometer){.step = STEP_WAIT};
     discard_reading(t);
-    t->last_c = MR_NAN;
+    t->last_temperature_c = MR_NAN;
 }
 
 static void begin_transfer(struct thermometer *t, enum step step, uint32_t index, unsigned bytes,
@@ -65,7 +65,7 @@ static void read_register(struct thermometer *t, enum step step, uint32_t index,
  * the next second. */
 static void handle_failure(struct thermometer *t, enum thermometer_fault detail)
 {
-    health_count(MR_FAULT_THERMOMETER, (uint8_t)detail);
+    health_count_fault(MR_FAULT_THERMOMETER, (uint8_t)detail);
     t->is_shut_down = false;
     t->step = STEP_WAIT;
 }
@@ -117,7 +117,7 @@ static void continue_transfer(struct thermometer *t, uint32_t index)
     }
 }
 
-static void switch_on_or_off(struct thermometer *t, bool fitted)
+static void update_power(struct thermometer *t, bool fitted)
 {
     thermometer_start(t);
     t->is_on = fitted;
@@ -130,7 +130,7 @@ static void switch_on_or_off(struct thermometer *t, bool fitted)
 bool thermometer_on_block(struct thermometer *t, uint32_t index, bool fitted)
 {
     if (fitted != t->is_on)
-        switch_on_or_off(t, fitted);
+        update_power(t, fitted);
     if (!fitted)
         return false;
     enum i2c_status status = i2c_poll();
@@ -141,8 +141,8 @@ bool thermometer_on_block(struct thermometer *t, uint32_t index, bool fitted)
         handle_failure(t, THERMOMETER_BUS_STUCK);
     else if (status != I2C_BUSY)
         continue_transfer(t, index);
-    bool tells = DUE(THERMOMETER_TELL, index);
+    bool tells = DUE(THERMOMETER_REPORT, index);
     if (tells)
-        t->last_c = t->temperature_c;
+        t->last_temperature_c = t->temperature_c;
     return tells;
 }

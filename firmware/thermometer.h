@@ -26,9 +26,9 @@ struct thermometer {
     unsigned step;
     uint32_t step_block; /* block in which the step began */
     uint8_t out[3], in[2];
-    float temperature_c; /* reading of this second; NaN: none */
-    float error_c;       /* standard error of the reading; NaN: none */
-    float last_c;        /* newest reading sent, of this or the previous second; NaN: none */
+    float temperature_c;      /* reading of this second; NaN: none */
+    float error_c;            /* standard error of the reading; NaN: none */
+    float last_temperature_c; /* newest reading sent, of this or the previous second; NaN: none */
 };
 
 void thermometer_start(struct thermometer *thermometer);

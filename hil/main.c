@@ -39,11 +39,11 @@
 struct arguments {
     const char *elf, *can, *serial, *rig, *replay, *flash, *nor, *faults, *gdb, *vcd, *profile,
         *margins;
-    bool board_given, trace;
+    bool is_board_given, trace;
     unsigned parity;              /* the parity, as index of its word in the option */
     unsigned speed;               /* 0: max; 1: real */
     unsigned gdb_time;            /* 1: time continues while gdb holds the board */
-    double for_s;                 /* 0: not given */
+    double run_duration_s;        /* 0: not given */
     double stall_s, wall_limit_s; /* wall_limit_s: 0: no limit; negative: not given */
     struct hil_options options;
 };
@@ -70,7 +70,7 @@ static bool parse_number(const char *text, bool whole, double low, double high, 
     const char *end;
     *value = whole && strncmp(text, "0x", 2) == 0
                ? (double)strtoul(text, (char **)(uintptr_t)&end, 16)
-               : mr_decimal_read(text, &end);
+               : mr_decimal_parse(text, &end);
     return end != text && !*end && *value >= low && *value <= high;
 }
 
@@ -79,7 +79,7 @@ static unsigned parse_list(const char *text, double value[3])
 {
     for (unsigned n = 0; n < 3; n++) {
         const char *end;
-        value[n] = mr_decimal_read(text, &end);
+        value[n] = mr_decimal_parse(text, &end);
         if (end == text || (*end && *end != ','))
             return 0;
         if (!*end)
@@ -154,8 +154,8 @@ static bool parse_camera(struct arguments *a, const char *text)
 static bool parse_board(struct arguments *a, const char *text)
 {
     a->options.type = hil_board_type_by_name(text);
-    a->board_given = a->options.type != NULL;
-    return a->board_given;
+    a->is_board_given = a->options.type != NULL;
+    return a->is_board_given;
 }
 
 static bool parse_seed(struct arguments *a, const char *text)
@@ -240,7 +240,7 @@ static const struct option {
         "film camera with HZ frames per second: triggered by PE2, sends a pulse per frame on PB3,\n"
         "the first after DELAY_MS; each frame varies by up to +-JITTER_US (defaults: 0)"),
     NUMBER_OPTION(
-        "--for", "S", KIND_REAL, for_s, 1e-6, ENDLESS_RUN_S,
+        "--for", "S", KIND_REAL, run_duration_s, 1e-6, ENDLESS_RUN_S,
         "run for S seconds of virtual time; default: the duration of the run file, or until "
         "a signal"),
     PARSED_OPTION("--seed", "N", parse_seed, "seed of the converter noise; default: 1"),
@@ -543,7 +543,7 @@ struct session {
     const struct arguments *a;
     struct hil_board *board;
     struct hil_link can, serial;
-    uint64_t host_seen_ps; /* time when a host last used the pty */
+    uint64_t last_host_activity_ps; /* time when a host last used the pty */
     struct mr_symbols symbols;
     struct hil_run rig;
     struct hil_replay replay;
@@ -596,8 +596,8 @@ static bool is_host_present(struct session *session, uint64_t t_ps)
     if (session->serial.transport != HIL_LINK_PTY)
         return true;
     if (!session->serial.is_hung_up)
-        session->host_seen_ps = t_ps;
-    if (t_ps < session->host_seen_ps + HOST_AWAY_PS)
+        session->last_host_activity_ps = t_ps;
+    if (t_ps < session->last_host_activity_ps + HOST_AWAY_PS)
         return true;
     enum mr_status status = hil_link_accept(&session->serial, CONNECT_TIMEOUT_MS, &stop_request,
                                             error, sizeof error);
@@ -636,7 +636,7 @@ static enum mr_status run_with_debugger(struct session *session, uint64_t t_ps)
     return status;
 }
 
-static enum mr_status play_session(struct session *session, double duration_s)
+static enum mr_status run_board_session(struct session *session, double duration_s)
 {
     bool real = session->is_real_time;
     uint64_t end_ps = (uint64_t)(duration_s * 1e12 + 0.5);
@@ -763,10 +763,10 @@ static void print_rules(const struct session *session)
 static double get_run_duration_s(const struct session *session)
 {
     const struct arguments *a = session->a;
-    double length_s = a->for_s > 0 ? a->for_s
-                    : a->rig       ? session->rig.duration_s
-                    : a->replay    ? hil_replay_duration_s(&session->replay)
-                                   : 0.0;
+    double length_s = a->run_duration_s > 0 ? a->run_duration_s
+                    : a->rig                ? session->rig.duration_s
+                    : a->replay             ? hil_replay_duration_s(&session->replay)
+                                            : 0.0;
     return length_s > 0 ? length_s : ENDLESS_RUN_S;
 }
 
@@ -913,7 +913,7 @@ static enum mr_status run_session(struct session *session)
     if (status != MR_OK)
         return status;
     double began_s = hil_wall_clock_s();
-    status = play_session(session, duration_s);
+    status = run_board_session(session, duration_s);
     double took_s = hil_wall_clock_s() - began_s;
     enum mr_status closed = close_records(session, a);
     hil_faults_report_pending(&session->board->faults);
@@ -941,7 +941,7 @@ static enum mr_status read_files(struct session *session, struct arguments *a)
 static enum mr_status make_board(struct session *session, struct arguments *a)
 {
     char error[512];
-    if (!a->board_given &&
+    if (!a->is_board_given &&
         report_failure(
             hil_board_type_from_files(a->elf, a->flash, &a->options.type, error, sizeof error),
             error) != MR_OK)

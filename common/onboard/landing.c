@@ -63,12 +63,12 @@ bool landing_is_recording(const struct landing *landing)
 
 bool landing_is_quiet(const struct landing *landing, uint32_t block)
 {
-    return landing->state == MR_LANDING_ARMED && !mr_passage_is_unclear(&landing->passage, block);
+    return landing->state == MR_LANDING_ARMED && !mr_passage_is_ambiguous(&landing->passage, block);
 }
 
 bool landing_can_warn(const struct landing *landing, uint32_t block)
 {
-    return landing_is_recording(landing) && !mr_passage_is_unclear(&landing->passage, block);
+    return landing_is_recording(landing) && !mr_passage_is_ambiguous(&landing->passage, block);
 }
 
 static bool is_reporting_edges(const struct landing *landing)

@@ -55,8 +55,8 @@ static void set_motion(const struct predict_motion *motion, float touchdown_ft, 
     input->is_on_runway = input->wheel_ft >= touchdown_ft;
 }
 
-uint32_t predict_find_kept_zeros(const struct mr_predictor *predictor,
-                                 const struct landing *landing)
+uint32_t predict_find_frozen_zeros(const struct mr_predictor *predictor,
+                                   const struct landing *landing)
 {
     return landing->edges ? 0u : predictor->moved_mask;
 }
@@ -74,7 +74,7 @@ void predict_compute_input(struct predict_motion *motion, const struct landing *
 
 /* --- messages --- */
 
-static uint16_t clip_u16(uint32_t value)
+static uint16_t clamp_u16(uint32_t value)
 {
     return (uint16_t)(value < UINT16_MAX ? value : UINT16_MAX);
 }
@@ -130,7 +130,7 @@ void predict_fill_report(const struct mr_predictor *predictor, const struct mr_p
                                           .reason = (uint8_t)zone->reason,
                                           .level = (uint8_t)zone->level,
                                           .basis = (uint8_t)zone->basis,
-                                          .age = clip_u16(zone->age_blocks),
+                                          .age = clamp_u16(zone->age_blocks),
                                           .block16 = block16};
 }
 

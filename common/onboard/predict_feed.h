@@ -36,8 +36,8 @@ struct predict_block {
 
 /* Bit mask of transducers that moved after arming and before any switch opened. They keep their
  * zero although no gear was detected. */
-uint32_t predict_find_kept_zeros(const struct mr_predictor *predictor,
-                                 const struct landing *landing);
+uint32_t predict_find_frozen_zeros(const struct mr_predictor *predictor,
+                                   const struct landing *landing);
 
 /* Computes the predictor's input from a block. `touchdown_ft`: station where the runway begins,
  * from the configuration of the site. */
@@ -70,7 +70,7 @@ void predict_fill_risk_report(const struct mr_risk_report *risk, uint32_t index,
 /* The zero of a landing's movements is the mean of BASELINE_BLOCKS consecutive blocks while the
  * board is armed and nothing rolls: the last complete group before the first edge. If no switch
  * works, there is no first edge; transducers that have moved then keep their zero
- * (predict_find_kept_zeros). Pure. */
+ * (predict_find_frozen_zeros). Pure. */
 
 #define BASELINE_BLOCKS 256u
 

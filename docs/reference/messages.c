@@ -60,7 +60,7 @@ static bool is_alike(const struct mr_field_info *a, const struct mr_field_info *
     mr_field_text(a, text, sizeof text);
     mr_field_text(b, other, sizeof other);
     size_t stem = stem_length(text);
-    return is_listed(b) && a->type == b->type && a->per_unit == b->per_unit &&
+    return is_listed(b) && a->type == b->type && a->counts_per_unit == b->counts_per_unit &&
            strcmp(a->unit, b->unit) == 0 && stem == stem_length(other) &&
            strncmp(text, other, stem) == 0;
 }
@@ -79,10 +79,10 @@ static size_t write_fields(FILE *out, const struct mr_field_info *field, size_t 
     for (size_t i = 0; i < alike; i++)
         fprintf(out, "%s`%s`", i == 0 ? " | " : ", ", field[i].name);
     fprintf(out, " | %s", type_text(field->type));
-    if (field->per_unit > 0.0f)
-        fprintf(out, ", %.9g", 1.0 / (double)field->per_unit);
+    if (field->counts_per_unit > 0.0f)
+        fprintf(out, ", %.9g", 1.0 / (double)field->counts_per_unit);
     if (field->unit[0])
-        fprintf(out, "%s%s", field->per_unit > 0.0f ? " " : ", ", field->unit);
+        fprintf(out, "%s%s", field->counts_per_unit > 0.0f ? " " : ", ", field->unit);
     fputs(" | ", out);
     mr_field_text(field, text, sizeof text);
     mr_field_text(&field[alike - 1], last, sizeof last);
@@ -134,10 +134,10 @@ static void write_messages(FILE *out)
 static void write_commands(FILE *out)
 {
     static const char *const who[] = {"anyone", "anyone", "operator", "maintenance"},
-                             *const when[] = {[MR_WHEN_IDLE] = "idle",
-                                              [MR_WHEN_AT_REST] = "idle, done",
-                                              [MR_WHEN_RECORDING] = "armed, landing, settling",
-                                              [MR_WHEN_ANY] = "always"},
+                             *const when[] = {[MR_STATES_IDLE] = "idle",
+                                              [MR_STATES_AT_REST] = "idle, done",
+                                              [MR_STATES_RECORDING] = "armed, landing, settling",
+                                              [MR_STATES_ANY] = "always"},
                              *const how[] = {[MR_LINKS_BOTH] = "either",
                                              [MR_LINKS_CABLE] = "serial; CAN only with the jumper",
                                              [MR_LINKS_JUMPER] = "serial with the jumper",
@@ -150,7 +150,7 @@ static void write_commands(FILE *out)
         out);
 #define COMMAND(NAME, code, text, part, indexed, counts, privilege, states, links, meaning)        \
     fprintf(out, "| %d | `%s` | %s | %s | %s | %s |\n", code, text, who[MR_PRIVILEGE_##privilege], \
-            when[MR_WHEN_##states], how[MR_LINKS_##links], meaning);
+            when[MR_STATES_##states], how[MR_LINKS_##links], meaning);
 #include "common/catalogue.def"
 }
 

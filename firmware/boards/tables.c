@@ -42,7 +42,7 @@ const struct board_region *board_region_by_name(const struct board_table *table,
     abort();
 }
 
-long board_fact_value(const struct board_table *table, const char *name)
+long board_constant_value(const struct board_table *table, const char *name)
 {
     for (size_t i = 0; i < table->facts; i++) {
         if (strcmp(table->fact[i].name, name) == 0)

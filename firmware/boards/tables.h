@@ -18,7 +18,7 @@ struct board_row {
     const char *text;
 };
 
-struct board_fact {
+struct board_constant {
     const char *name;
     long value;
     const char *text;
@@ -33,7 +33,7 @@ struct board_region { /* a memory region, as in common/memory.def */
 struct board_table {
     const struct board_row *row;
     size_t rows;
-    const struct board_fact *fact;
+    const struct board_constant *fact;
     size_t facts;
     const struct board_region *region;
     size_t regions;
@@ -44,6 +44,6 @@ const struct board_table *board_table_by_number(unsigned number);
 /* Region with this name; aborts if there is none. */
 const struct board_region *board_region_by_name(const struct board_table *table, const char *name);
 /* Value of the fact with this name; aborts if there is none. */
-long board_fact_value(const struct board_table *table, const char *name);
+long board_constant_value(const struct board_table *table, const char *name);
 
 #endif

@@ -65,7 +65,7 @@ static void print_chip(void)
     bool broken = (DBGMCU_IDCODE & 0xfffu) == 0x413u && DBGMCU_IDCODE >> 16 == 0x1000u;
     print_word("prefetch", broken ? "broken" : "works", "state");
     print_hex("core", SCB_CPUID, "id");
-    print_none("package", "id");
+    print_missing("package", "id");
     print_number("flash", (int32_t)(FLASH_SIZE_WORD >> 16), "KiB");
     print_hex("reset_cause", identity.reset_cause, "bits");
     print_word("clock", identity.clock_source == MR_CLOCK_CRYSTAL ? "crystal" : "internal_pll",
@@ -112,8 +112,8 @@ static void print_crystal(void)
 {
     uint32_t khz = clock_crystal_khz();
     if (!khz) {
-        print_none("crystal", "kHz");
-        print_none("internal", "kHz");
+        print_missing("crystal", "kHz");
+        print_missing("internal", "kHz");
         return;
     }
     /* Only the ratio is known, so each of the two values assumes that the other clock is exact. */
@@ -130,14 +130,14 @@ static uint32_t get_systick_since(uint32_t value)
 static void print_clock_rates(void)
 {
     uint32_t mask = irq_mask();
-    uint32_t tick = TIM2->CNT, systick = SYST_CVR, begun = pace_now();
-    pace_wait(SPAN_US);
+    uint32_t tick = TIM2->CNT, systick = SYST_CVR, begun = cycle_timer_now();
+    cycle_timer_wait(SPAN_US);
     uint32_t ticks = TIM2->CNT - tick, systicks = get_systick_since(systick),
-             cycles = pace_cycles(begun);
+             cycles = cycle_timer_elapsed(begun);
     irq_restore(mask);
     if (ticks == 0) {
-        print_none("cycles_per_tick", "ratio");
-        print_none("systick_per_tick", "ratio");
+        print_missing("cycles_per_tick", "ratio");
+        print_missing("systick_per_tick", "ratio");
         return;
     }
     print_milli("cycles_per_tick", (int32_t)((uint64_t)cycles * 1000u / ticks), "ratio");
@@ -147,11 +147,11 @@ static void print_clock_rates(void)
 /* Drops the queued blocks and returns the next one that ends. */
 static bool get_newest_block(struct mr_block *block)
 {
-    uint32_t begun = pace_now();
+    uint32_t begun = cycle_timer_now();
     while (board_block_get(block)) {
     }
     while (!board_block_get(block)) {
-        if (pace_passed(begun, NEWEST_TIMEOUT_US))
+        if (cycle_timer_has_passed(begun, NEWEST_TIMEOUT_US))
             return false;
     }
     return true;
@@ -168,12 +168,12 @@ static void print_timers(void)
     uint32_t before = TIM4->CNT, between = TIM2->CNT, after = TIM4->CNT;
     irq_restore(mask);
     if (!come || between == 0) {
-        print_none("timer_offset", "ticks");
+        print_missing("timer_offset", "ticks");
         return;
     }
     uint32_t width = (after + SCAN_TICKS - before) % SCAN_TICKS;
     uint32_t middle = (before + width / 2u) % SCAN_TICKS;
-    uint64_t ticks = (uint64_t)mr_boardtime_ticks(0, block.index, between);
+    uint64_t ticks = (uint64_t)mr_boardtime_unwrap(0, block.index, between);
     int32_t offset = (int32_t)((ticks + SCAN_TICKS - middle) % SCAN_TICKS);
     print_number("timer_offset",
                  offset > (int32_t)SCAN_TICKS / 2 ? offset - (int32_t)SCAN_TICKS : offset, "ticks");
@@ -182,9 +182,9 @@ static void print_timers(void)
 /* Waits for the next conversion of converter 1 and returns TIM4's count. */
 static bool wait_for_conversion(uint32_t *tick)
 {
-    uint32_t begun = pace_now(), left = DMA2->stream[ADC1_STREAM].NDTR;
+    uint32_t begun = cycle_timer_now(), left = DMA2->stream[ADC1_STREAM].NDTR;
     while (DMA2->stream[ADC1_STREAM].NDTR == left) {
-        if (pace_passed(begun, CONVERSION_US))
+        if (cycle_timer_has_passed(begun, CONVERSION_US))
             return false;
     }
     *tick = TIM4->CNT;
@@ -205,8 +205,8 @@ static void print_conversions(void)
     }
     irq_restore(mask);
     if (!come) {
-        print_none("conversion_first", "ticks");
-        print_none("conversion_last", "ticks");
+        print_missing("conversion_first", "ticks");
+        print_missing("conversion_last", "ticks");
         return;
     }
     print_number("conversion_first", (int32_t)first, "ticks");
@@ -247,12 +247,12 @@ static struct {
 /* Waits for the next block without sleeping. */
 static bool wait_for_block(struct mr_block *block)
 {
-    uint32_t begun = pace_now(), at = 0;
+    uint32_t begun = cycle_timer_now(), at = 0;
     volatile uint32_t crc = 0;
     while (!board_block_get(block)) {
         crc = mr_crc32(crc, program_start + at, BUSY_BYTES);
         at = (at + BUSY_BYTES) % 32768u;
-        if (pace_passed(begun, BLOCK_US))
+        if (cycle_timer_has_passed(begun, BLOCK_US))
             return false;
     }
     return true;
@@ -288,7 +288,7 @@ static bool measure_noise(void)
     return noise_sums.count > BLOCK_COUNT / 2u;
 }
 
-static uint32_t compute_integer_root(uint64_t of)
+static uint32_t compute_integer_sqrt(uint64_t of)
 {
     uint64_t r = 0;
     for (uint64_t bit = 1ull << 31; bit; bit >>= 1) {
@@ -301,7 +301,7 @@ static uint32_t compute_integer_root(uint64_t of)
 /* Noise of one conversion in thousandths of a code, from sums of `codes` codes. */
 static int32_t compute_noise_milli(unsigned sum, unsigned codes)
 {
-    return (int32_t)compute_integer_root(noise_sums.squares[sum] * 1000000u /
+    return (int32_t)compute_integer_sqrt(noise_sums.squares[sum] * 1000000u /
                                          (2u * codes * noise_sums.count));
 }
 
@@ -317,9 +317,9 @@ static void print_channel(const char *what, unsigned channel, const char *signal
     unsigned sum = transducer ? channel : channel + MR_TRANSDUCERS;
     unsigned codes = transducer ? MR_SCANS_PER_BLOCK / 2u : MR_SCANS_PER_BLOCK;
     if (level)
-        print_milli_named(what, signal, compute_level_milli(sum, codes), "codes");
+        print_named_milli(what, signal, compute_level_milli(sum, codes), "codes");
     else
-        print_milli_named(what, signal, compute_noise_milli(sum, codes), "codes");
+        print_named_milli(what, signal, compute_noise_milli(sum, codes), "codes");
 }
 
 static void print_channels(const char *what, bool level)
@@ -346,8 +346,8 @@ static void print_supply(void)
 {
     uint32_t mv = compute_supply_mv();
     if (mv == 0) {
-        print_none("supply", "V");
-        print_none("supply_error", "ratio");
+        print_missing("supply", "V");
+        print_missing("supply_error", "ratio");
         return;
     }
     print_milli("supply", (int32_t)mv, "V");
@@ -357,7 +357,7 @@ static void print_supply(void)
 static void print_noise(void)
 {
     if (!measure_noise()) {
-        print_none("noise", "codes");
+        print_missing("noise", "codes");
         return;
     }
     print_supply();
@@ -403,16 +403,16 @@ static void print_predictor_cost(void)
     mr_config_get_predictor(&config, &started);
     started.updates_per_block = 1u << 20; /* so large that the full level is always used */
     if (mr_predictor_start(&predictor, &started) != MR_OK) {
-        print_none("cycles_predict", "cycles");
+        print_missing("cycles_predict", "cycles");
         return;
     }
     mr_predictor_arm(&predictor);
     for (uint32_t round = 0; round < COST_ROUNDS; round++) {
         make_predictor_input(&started, round, &input);
         watchdog_feed();
-        uint32_t mask = irq_mask(), begun = pace_now();
+        uint32_t mask = irq_mask(), begun = cycle_timer_now();
         mr_predictor_on_block(&predictor, &input);
-        spent += pace_cycles(begun);
+        spent += cycle_timer_elapsed(begun);
         irq_restore(mask);
     }
     uint32_t cycles = (uint32_t)(spent / COST_ROUNDS), updates = predictor.updates;
@@ -448,14 +448,14 @@ static bool set_mode(uint32_t bits)
     return polls < MODE_POLLS;
 }
 
-static bool is_received_back(const struct board_can_frame *sent)
+static bool is_loopback_received(const struct board_can_frame *sent)
 {
     struct board_can_frame got = {0};
-    uint32_t begun = pace_now();
+    uint32_t begun = cycle_timer_now();
     if (!board_can_send(sent))
         return false;
     while (!board_can_receive(&got)) {
-        if (pace_passed(begun, FRAME_US))
+        if (cycle_timer_has_passed(begun, FRAME_US))
             return false;
     }
     bool same = got.id == sent->id && got.length == sent->length;
@@ -470,24 +470,25 @@ static void print_can(void)
     /* Alternating bits, so that the data needs no stuff bits. MR_ID_COMMAND passes the driver's
      * filter. */
     struct board_can_frame frame = {.id = MR_ID_COMMAND, .length = 8};
-    board_can_state(&errors);
+    board_can_get_errors(&errors);
     board_can_set_base(0);
     if (errors.is_missing || !set_mode(CAN_BTR_LBKM | CAN_BTR_SILM)) {
-        print_none("can_frames", "frames");
-        print_none("can_frame", "us");
+        print_missing("can_frames", "frames");
+        print_missing("can_frame", "us");
         return;
     }
     uint32_t good = 0, cycles = 0;
     for (unsigned n = 0; n < FRAME_COUNT; n++) {
         for (unsigned i = 0; i < 8; i++)
             frame.data[i] = n & 1u ? 0x55u : 0xaau;
-        uint32_t begun = pace_now();
-        good += is_received_back(&frame);
-        cycles += pace_cycles(begun);
+        uint32_t begun = cycle_timer_now();
+        good += is_loopback_received(&frame);
+        cycles += cycle_timer_elapsed(begun);
     }
-    board_can_state(&errors);
+    board_can_get_errors(&errors);
     print_number("can_frames", (int32_t)good, "frames");
-    print_milli("can_frame", (int32_t)((uint64_t)cycles * 1000u / (FRAME_COUNT * PACE_MHZ)), "us");
+    print_milli("can_frame", (int32_t)((uint64_t)cycles * 1000u / (FRAME_COUNT * CYCLE_TIMER_MHZ)),
+                "us");
     print_number("can_errors", errors.tec + errors.rec, "count");
 }
 
@@ -614,7 +615,7 @@ static void test_sector(uint32_t sector, struct flash_test_result *o)
     o->wrong += !is_blank(sector);
 }
 
-static void print_outcome(uint32_t sector, const struct flash_test_result *o)
+static void print_memory_test(uint32_t sector, const struct flash_test_result *o)
 {
     print_number("memory_sector", (int32_t)sector, "sector");
     print_number("memory_rounds", (int32_t)o->rounds, "rounds");
@@ -640,17 +641,17 @@ static void print_memory(void)
     struct flash_test_result outcome = {0};
     uint32_t sector = NO_SECTOR;
     if (!is_memory_present()) {
-        print_none("memory_id", "id");
+        print_missing("memory_id", "id");
         return;
     }
     print_hex("memory_id", nor_read_jedec_id(), "id");
     sector = find_blank_sector();
     if (sector == NO_SECTOR) {
-        print_none("memory_sector", "sector");
+        print_missing("memory_sector", "sector");
         return;
     }
     test_sector(sector, &outcome);
-    print_outcome(sector, &outcome);
+    print_memory_test(sector, &outcome);
 }
 
 /* ---- brown-out ---- */
@@ -723,7 +724,7 @@ static void set_brown_out(void)
     if (mv)
         print_milli("supply", (int32_t)mv, "V");
     else
-        print_none("supply", "V");
+        print_missing("supply", "V");
     uint32_t level = mv >= LEVEL_3_MV ? 3u : mv >= LEVEL_2_MV ? 2u : 0u;
     if (mv && !is_board_supply(mv))
         print_word("brown_out_set", "supply_not_the_boards", "result");
@@ -747,7 +748,7 @@ static void set_brown_out(void)
 #define CFSR_STKERR    (1u << 12)
 #define CFSR_IMPRECISE (1u << 10)
 
-static uint32_t starved_cycles __attribute__((section(".noinit")));
+static uint32_t watchdog_timeout_cycles __attribute__((section(".noinit")));
 
 static uint8_t get_reset_cause(void)
 {
@@ -782,8 +783,8 @@ static void print_overflow(void)
     const uint32_t *crash = restart.crash;
     print_word("stack_overflow", get_overflow_result(&restart), "caught_by");
     if (!crash || restart.crash_age != 0) {
-        print_none("stack_status", "cfsr");
-        print_none("stack_address", "address");
+        print_missing("stack_status", "cfsr");
+        print_missing("stack_address", "address");
         return;
     }
     uint32_t cfsr = crash[MR_CRASH_CFSR];
@@ -798,20 +799,20 @@ static void print_overflow(void)
 static void starve_watchdog(void)
 {
     (void)irq_mask();
-    starved_cycles = 0;
+    watchdog_timeout_cycles = 0;
     /* also resets the counter of the watchdog, for the last time */
     watchdog_set_timeout(WATCHDOG_DEFAULT_COUNTS);
-    uint32_t begun = pace_now();
-    while (pace_cycles(begun) < STARVED_S * 1000000u * PACE_MHZ)
-        starved_cycles = pace_cycles(begun);
+    uint32_t begun = cycle_timer_now();
+    while (cycle_timer_elapsed(begun) < STARVED_S * 1000000u * CYCLE_TIMER_MHZ)
+        watchdog_timeout_cycles = cycle_timer_elapsed(begun);
 }
 
 static void print_watchdog(void)
 {
-    uint32_t us = starved_cycles / PACE_MHZ;
+    uint32_t us = watchdog_timeout_cycles / CYCLE_TIMER_MHZ;
     if (!(get_reset_cause() & CAUSE_WATCHDOG) || us == 0) {
-        print_none("watchdog", "ms");
-        print_none("low_speed", "kHz");
+        print_missing("watchdog", "ms");
+        print_missing("low_speed", "kHz");
         return;
     }
     print_milli("watchdog", (int32_t)us, "ms");
@@ -900,7 +901,7 @@ static void start_next_round(enum stage stage)
  * could not be reached. */
 static void enter_rom(void)
 {
-    if (!BOARD_ROM_HEARS_SERIAL) {
+    if (!BOARD_IS_ROM_ON_SERIAL) {
         print_text("the boot ROM does not listen here");
         return;
     }
@@ -952,7 +953,7 @@ int main(void)
     /* the resets of this program are intended, so they must not count as failures in a row */
     board_reset_restart_count();
     board_identify(&identity);
-    pace_start();
+    cycle_timer_start();
     uart_set_rate(PRINT_BAUD);
     board_scans_configure(board_input_mask());
     start_next_round(read_stage());

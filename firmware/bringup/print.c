@@ -67,10 +67,10 @@ static uint32_t put_sign(struct line *line, int32_t value)
 
 static void send_line(struct line *line)
 {
-    uint32_t begun = pace_now();
+    uint32_t begun = cycle_timer_now();
     line->bytes[line->length++] = '\n';
     while (!board_serial_send((const uint8_t *)line->bytes, line->length) &&
-           !pace_passed(begun, SEND_TIMEOUT_US)) {
+           !cycle_timer_has_passed(begun, SEND_TIMEOUT_US)) {
     }
 }
 
@@ -130,7 +130,7 @@ void print_number(const char *name, int32_t value, const char *unit)
     end_line(&line, unit);
 }
 
-void print_milli_named(const char *what, const char *whose, int32_t thousandths, const char *unit)
+void print_named_milli(const char *what, const char *whose, int32_t thousandths, const char *unit)
 {
     struct line line = begin_line(what, whose);
     uint32_t size = put_sign(&line, thousandths);
@@ -142,7 +142,7 @@ void print_milli_named(const char *what, const char *whose, int32_t thousandths,
 
 void print_milli(const char *name, int32_t thousandths, const char *unit)
 {
-    print_milli_named(name, "", thousandths, unit);
+    print_named_milli(name, "", thousandths, unit);
 }
 
 void print_hex(const char *name, uint32_t value, const char *unit)
@@ -160,7 +160,7 @@ void print_word(const char *name, const char *word, const char *unit)
     end_line(&line, unit);
 }
 
-void print_none(const char *name, const char *unit)
+void print_missing(const char *name, const char *unit)
 {
     print_word(name, "none", unit);
 }
@@ -174,29 +174,29 @@ void print_text(const char *words)
 
 void print_flush(void)
 {
-    uint32_t begun = pace_now();
-    while (!uart_is_sent() && !pace_passed(begun, SEND_TIMEOUT_US)) {
+    uint32_t begun = cycle_timer_now();
+    while (!uart_is_sent() && !cycle_timer_has_passed(begun, SEND_TIMEOUT_US)) {
     }
-    pace_wait(LAST_BYTES_US);
+    cycle_timer_wait(LAST_BYTES_US);
 }
 
 /* ---- bounded waits ---- */
 
-void pace_start(void)
+void cycle_timer_start(void)
 {
     SCB_DEMCR |= SCB_DEMCR_TRCENA;
     DWT_CTRL |= DWT_CTRL_CYCCNTENA;
 }
 
-bool pace_passed(uint32_t begun, uint32_t us)
+bool cycle_timer_has_passed(uint32_t begun, uint32_t us)
 {
     watchdog_feed();
-    return pace_cycles(begun) / PACE_MHZ >= us;
+    return cycle_timer_elapsed(begun) / CYCLE_TIMER_MHZ >= us;
 }
 
-void pace_wait(uint32_t us)
+void cycle_timer_wait(uint32_t us)
 {
-    uint32_t begun = pace_now();
-    while (!pace_passed(begun, us)) {
+    uint32_t begun = cycle_timer_now();
+    while (!cycle_timer_has_passed(begun, us)) {
     }
 }

@@ -30,9 +30,9 @@ void print_milli(const char *name, int32_t thousandths, const char *unit);
 void print_hex(const char *name, uint32_t value, const char *unit);
 void print_word(const char *name, const char *word, const char *unit);
 /* As print_milli, with a name in two parts; upper case is printed in lower case. */
-void print_milli_named(const char *what, const char *whose, int32_t thousandths, const char *unit);
+void print_named_milli(const char *what, const char *whose, int32_t thousandths, const char *unit);
 /* Prints that `name` has no value because the part is absent or did not respond. */
-void print_none(const char *name, const char *unit);
+void print_missing(const char *name, const char *unit);
 
 /* Prints a line for people, outside sections. */
 void print_text(const char *text);
@@ -45,21 +45,21 @@ void print_flush(void);
  * waits here and wraps after 25 s at 168 MHz. PM0214 does not describe the DWT; see ARMv7-M
  * C1.8. */
 
-#define PACE_MHZ 168u
+#define CYCLE_TIMER_MHZ 168u
 
-void pace_start(void);
+void cycle_timer_start(void);
 
-static inline uint32_t pace_now(void)
+static inline uint32_t cycle_timer_now(void)
 {
     return DWT_CYCCNT;
 }
-static inline uint32_t pace_cycles(uint32_t begun)
+static inline uint32_t cycle_timer_elapsed(uint32_t begun)
 {
     return DWT_CYCCNT - begun;
 }
 /* True once `us` microseconds (at most 20 s) have passed since `begun`. Also resets the counter of
  * the watchdog. */
-bool pace_passed(uint32_t begun, uint32_t us);
-void pace_wait(uint32_t us);
+bool cycle_timer_has_passed(uint32_t begun, uint32_t us);
+void cycle_timer_wait(uint32_t us);
 
 #endif

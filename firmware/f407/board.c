@@ -43,7 +43,7 @@ _Static_assert(sizeof header == MR_IMAGE_BYTES, "the layout in common/image.h");
 
 static uint8_t check_image(struct mr_image *image, uint32_t *crc)
 {
-    enum mr_status status = mr_image_get(image, (const uint8_t *)MR_FLASH);
+    enum mr_status status = mr_image_decode(image, (const uint8_t *)MR_FLASH);
     *crc = mr_crc32(0, program_start, (size_t)(program_end - program_start));
     if (status == MR_UNKNOWN || status == MR_VERSION)
         return MR_IMAGE_NONE;
@@ -68,7 +68,7 @@ static uint8_t read_reset_cause(void)
     uint32_t csr = RCC->CSR;
     RCC->CSR |= RCC_CSR_RMVF;
     if (csr & RCC_CSR_IWDGRSTF)
-        health_count(MR_FAULT_WATCHDOG_RESET, 0);
+        health_count_fault(MR_FAULT_WATCHDOG_RESET, 0);
     return (uint8_t)((csr & RCC_CSR_PORRSTF ? 1u : 0u) | (csr & RCC_CSR_PINRSTF ? 2u : 0u) |
                      (csr & RCC_CSR_SFTRSTF ? 4u : 0u) | (csr & RCC_CSR_IWDGRSTF ? 8u : 0u) |
                      (csr & RCC_CSR_LPWRRSTF ? 16u : 0u) | (csr & RCC_CSR_BORRSTF ? 32u : 0u));
@@ -252,7 +252,7 @@ bool board_is_jumper_fitted(void)
 
 bool board_is_rom_reachable(void)
 {
-    return BOARD_ROM_HEARS_SERIAL;
+    return BOARD_IS_ROM_ON_SERIAL;
 }
 
 void board_enter_rom(void)

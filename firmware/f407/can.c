@@ -26,13 +26,13 @@ static bool is_running;
 static volatile uint16_t can_base; /* base of the identifiers on the bus */
 /* Number of frames that have left their mailboxes, and of frames that mailboxes aborted on
  * request. */
-static volatile uint32_t passed_frames, aborted_frames;
+static volatile uint32_t sent_frames, aborted_frames;
 static uint32_t cleared_frames; /* number of waiting frames that were dropped */
 
 /* The sync frame: its block, its mailbox (3: none), and the tick when it was sent. */
 static volatile uint32_t sync_block, sync_tick;
 static volatile unsigned sync_mailbox = 3;
-static volatile bool sync_left;
+static volatile bool has_sync_frame_left;
 
 static bool wait_init_ack(void)
 {
@@ -47,7 +47,7 @@ void can_start(void)
 {
     CAN1->MCR = CAN_MCR_INRQ | CAN_MCR_TXFP; /* clears SLEEP */
     if (!wait_init_ack()) {
-        health_count(MR_FAULT_CAN_MISSING, 0);
+        health_count_fault(MR_FAULT_CAN_MISSING, 0);
         return;
     }
     CAN1->BTR = BIT_TIMING;
@@ -69,9 +69,9 @@ void board_can_set_base(uint16_t to)
     if (!is_running)
         return;
     CAN1->FMR |= CAN_FMR_FINIT;
-    CAN1->filter[0][0] = (uint32_t)mr_can_to_bus(MR_ID_COMMAND, to) << 21;
-    CAN1->filter[0][1] = (uint32_t)mr_can_to_bus(MR_ID_CONFIG_WORD, to) << 21;
-    CAN1->filter[1][0] = CAN1->filter[1][1] = (uint32_t)mr_can_to_bus(MR_ID_PROOF, to) << 21;
+    CAN1->filter[0][0] = (uint32_t)mr_can_id_to_bus(MR_ID_COMMAND, to) << 21;
+    CAN1->filter[0][1] = (uint32_t)mr_can_id_to_bus(MR_ID_CONFIG_WORD, to) << 21;
+    CAN1->filter[1][0] = CAN1->filter[1][1] = (uint32_t)mr_can_id_to_bus(MR_ID_PROOF, to) << 21;
     CAN1->FA1R = 3u;
     can_base = to;
     CAN1->FMR &= ~CAN_FMR_FINIT;
@@ -115,7 +115,7 @@ static void fill_mailboxes(void)
         if (frame->id & SYNC_MARK) {
             sync_block = get_data_word(frame->data);
             sync_mailbox = mailbox;
-            sync_left = false;
+            has_sync_frame_left = false;
         }
         CAN1->tx[mailbox].TIR = (frame->id & MR_CAN_ID_MAX) << 21 | CAN_TIR_TXRQ;
         queue_remove(&tx_queue, 1);
@@ -135,11 +135,11 @@ void can1_tx_irq(void)
             continue;
         CAN1->TSR = CAN_TSR_RQCP(mailbox);
         if (left)
-            passed_frames++;
+            sent_frames++;
         else
             aborted_frames++;
         if (sync_mailbox == mailbox) {
-            sync_left = left;
+            has_sync_frame_left = left;
             sync_tick = now;
             sync_mailbox = 3;
         }
@@ -153,7 +153,7 @@ void can1_rx0_irq(void)
 {
     if (CAN1->RF0R & CAN_RF0R_FOVR) {
         CAN1->RF0R = CAN_RF0R_FOVR;
-        health_count(MR_FAULT_CAN_RX_OVERRUN, 0);
+        health_count_fault(MR_FAULT_CAN_RX_OVERRUN, 0);
     }
     /* At most three frames are stored; the limit prevents a stuck count from blocking the
      * processor. While a frame is being released, the count is still the old one; frames that
@@ -165,7 +165,7 @@ void can1_rx0_irq(void)
         if (queue_filled(&rx_queue) < RX_QUEUE_FRAMES) {
             struct board_can_frame *frame = &rx_ring[rx_queue.added % RX_QUEUE_FRAMES];
             uint32_t low = CAN1->rx[0].RDLR, high = CAN1->rx[0].RDHR;
-            frame->id = mr_can_from_bus((uint16_t)(CAN1->rx[0].RIR >> 21), can_base);
+            frame->id = mr_can_id_from_bus((uint16_t)(CAN1->rx[0].RIR >> 21), can_base);
             frame->length = (uint8_t)(CAN1->rx[0].RDTR & 15u);
             if (frame->length > 8)
                 frame->length = 8;
@@ -175,7 +175,7 @@ void can1_rx0_irq(void)
             }
             queue_add(&rx_queue, 1);
         } else {
-            health_count(MR_FAULT_CAN_RX_OVERRUN, 1);
+            health_count_fault(MR_FAULT_CAN_RX_OVERRUN, 1);
         }
         CAN1->RF0R = CAN_RF0R_RFOM;
     }
@@ -188,7 +188,7 @@ bool board_can_send(const struct board_can_frame *frame)
         return false;
     struct board_can_frame *queued = &tx_ring[tx_queue.added % TX_QUEUE_FRAMES];
     *queued = *frame;
-    queued->id = mr_can_to_bus(frame->id, can_base);
+    queued->id = mr_can_id_to_bus(frame->id, can_base);
     if (frame->id == MR_ID_SYNC)
         queued->id |= SYNC_MARK;
     uint32_t mask = irq_mask();
@@ -215,7 +215,7 @@ bool board_can_receive(struct board_can_frame *frame)
 bool board_can_sync_tick(uint32_t block, uint32_t *tick)
 {
     uint32_t mask = irq_mask();
-    bool left = sync_left && sync_block == block;
+    bool left = has_sync_frame_left && sync_block == block;
     *tick = sync_tick;
     irq_restore(mask);
     return left;
@@ -238,13 +238,13 @@ void board_can_rejoin(bool begin)
         CAN1->MCR = CAN_MCR_TXFP | (begin ? CAN_MCR_INRQ : 0);
 }
 
-void board_can_state(struct board_can_errors *errors)
+void board_can_get_errors(struct board_can_errors *errors)
 {
     uint32_t esr = is_running ? CAN1->ESR : 0;
     errors->is_missing = !is_running;
     errors->last_error = (uint8_t)(esr >> 4 & 7u);
     errors->is_pending = is_running && (queue_filled(&tx_queue) || (~CAN1->TSR & ALL_EMPTY) != 0);
-    errors->sent_count = passed_frames;
+    errors->sent_count = sent_frames;
     errors->removed_count = cleared_frames + aborted_frames;
     errors->tec = (uint8_t)(esr >> 16);
     errors->rec = (uint8_t)(esr >> 24);

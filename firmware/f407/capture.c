@@ -19,13 +19,13 @@
 #define DETAIL_PULSES      2u
 
 static volatile uint32_t edge_tick[EDGE_CAPTURES] DMA_BUFFER,
-    pulse_tick[BOARD_PULSES][PULSE_CAPTURES] DMA_BUFFER;
+    pulse_tick[BOARD_PULSE_INPUT_COUNT][PULSE_CAPTURES] DMA_BUFFER;
 /* index of the oldest capture that has not been processed */
-static unsigned edges_taken, pulses_taken[BOARD_PULSES];
-static const uint8_t pulse_stream[BOARD_PULSES] = {
-    [BOARD_FRAMES] = 6, [BOARD_BRAKE] = 1, [BOARD_WHEEL] = 7};
+static unsigned next_edge_capture, next_pulse_capture[BOARD_PULSE_INPUT_COUNT];
+static const uint8_t pulse_stream[BOARD_PULSE_INPUT_COUNT] = {
+    [BOARD_FRAME_PULSES] = 6, [BOARD_BRAKE_PULSES] = 1, [BOARD_WHEEL_PULSES] = 7};
 
-static uint32_t get_pulse_channel(enum board_pulses input)
+static uint32_t get_pulse_channel(enum board_pulse_input input)
 {
     return 1u + input;
 }
@@ -78,17 +78,17 @@ static void drop_old_captures(unsigned stream, const volatile uint32_t *captured
     unsigned head = (size - DMA1->stream[stream].NDTR) % size;
     while (*taken != head && TIM2->CNT - captured[*taken] > AGE_MAX_TICKS) {
         *taken = (*taken + 1) % size;
-        health_count(MR_FAULT_EDGE_OVERRUN, detail);
+        health_count_fault(MR_FAULT_EDGE_OVERRUN, detail);
     }
 }
 
 void capture_drop_old(void)
 {
-    drop_old_captures(EDGE_STREAM, edge_tick, EDGE_CAPTURES, &edges_taken, DETAIL_TOO_OLD);
-    for (unsigned i = 0; i < BOARD_PULSES; i++) {
-        if (TIM2->DIER & TIM_DIER_CC1DE << get_pulse_channel((enum board_pulses)i))
-            drop_old_captures(pulse_stream[i], pulse_tick[i], PULSE_CAPTURES, &pulses_taken[i],
-                              DETAIL_PULSES);
+    drop_old_captures(EDGE_STREAM, edge_tick, EDGE_CAPTURES, &next_edge_capture, DETAIL_TOO_OLD);
+    for (unsigned i = 0; i < BOARD_PULSE_INPUT_COUNT; i++) {
+        if (TIM2->DIER & TIM_DIER_CC1DE << get_pulse_channel((enum board_pulse_input)i))
+            drop_old_captures(pulse_stream[i], pulse_tick[i], PULSE_CAPTURES,
+                              &next_pulse_capture[i], DETAIL_PULSES);
     }
 }
 
@@ -96,20 +96,20 @@ size_t board_edges_get(uint32_t until_tick, uint32_t *ticks, size_t capacity)
 {
     if (TIM2->SR & TIM_SR_CC1OF) {
         TIM2->SR = ~TIM_SR_CC1OF;
-        health_count(MR_FAULT_EDGE_OVERRUN, 0);
+        health_count_fault(MR_FAULT_EDGE_OVERRUN, 0);
     }
-    return get_captures(EDGE_STREAM, edge_tick, EDGE_CAPTURES, &edges_taken, until_tick,
+    return get_captures(EDGE_STREAM, edge_tick, EDGE_CAPTURES, &next_edge_capture, until_tick,
                         EDGE_FILTER_TICKS, ticks, capacity);
 }
 
-void board_pulses_enable(enum board_pulses input, bool on)
+void board_pulses_enable(enum board_pulse_input input, bool on)
 {
     uint32_t channel = get_pulse_channel(input), shift = channel % 2 * 8;
     volatile uint32_t *mode = channel < 2 ? &TIM2->CCMR1 : &TIM2->CCMR2;
     TIM2->DIER &= ~(TIM_DIER_CC1DE << channel);
     TIM2->CCER &= ~(TIM_CCER_CC1E << 4 * channel);
     dma_stream_stop(DMA1, pulse_stream[input]);
-    pulses_taken[input] = 0;
+    next_pulse_capture[input] = 0;
     if (!on)
         return;
     start_stream(pulse_stream[input], channel, pulse_tick[input], PULSE_CAPTURES,
@@ -120,16 +120,17 @@ void board_pulses_enable(enum board_pulses input, bool on)
     TIM2->CCER |= TIM_CCER_CC1E << 4 * channel; /* rising edges */
 }
 
-size_t board_pulses_get(enum board_pulses input, uint32_t until_tick, uint32_t *ticks,
+size_t board_pulses_get(enum board_pulse_input input, uint32_t until_tick, uint32_t *ticks,
                         size_t capacity)
 {
     uint32_t overrun = TIM_SR_CC1OF << get_pulse_channel(input);
     if (TIM2->SR & overrun) {
         TIM2->SR = ~overrun;
-        health_count(MR_FAULT_EDGE_OVERRUN, DETAIL_PULSES);
+        health_count_fault(MR_FAULT_EDGE_OVERRUN, DETAIL_PULSES);
     }
     return get_captures(pulse_stream[input], pulse_tick[input], PULSE_CAPTURES,
-                        &pulses_taken[input], until_tick, PULSE_FILTER_TICKS, ticks, capacity);
+                        &next_pulse_capture[input], until_tick, PULSE_FILTER_TICKS, ticks,
+                        capacity);
 }
 
 uint32_t board_set_camera_trigger(bool high)

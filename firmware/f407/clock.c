@@ -126,7 +126,7 @@ static bool start_crystal(void)
         return true;
     }
     RCC->CR &= ~RCC_CR_HSEON;
-    health_count(MR_FAULT_CLOCK_FALLBACK, (uint8_t)((khz + 500u) / 1000u));
+    health_count_fault(MR_FAULT_CLOCK_FALLBACK, (uint8_t)((khz + 500u) / 1000u));
     return false;
 }
 
@@ -139,7 +139,7 @@ enum mr_clock_source clock_start(bool crystal_wanted)
     PWR_CR |= PWR_CR_VOS;
 
     if (!crystal_wanted)
-        health_count(MR_FAULT_CLOCK_FALLBACK, DETAIL_STOPPED);
+        health_count_fault(MR_FAULT_CLOCK_FALLBACK, DETAIL_STOPPED);
     bool crystal = crystal_wanted && start_crystal();
     while (!start_pll(crystal)) {
     }

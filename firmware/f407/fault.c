@@ -23,7 +23,7 @@ extern uint32_t stack_bottom[], stack_top[]; /* linker script */
 static struct {
     uint32_t words[MR_CRASH_ITEM_COUNT];
     uint32_t age;
-    uint32_t fresh;
+    uint32_t is_new;
     uint32_t crc;
 } crash_record __attribute__((section(".noinit")));
 
@@ -90,7 +90,7 @@ static uint32_t get_crash_kind(uint32_t exception, uint32_t cfsr)
     if (RCC->CIR & RCC_CIR_CSSF) /* the clock security system also raises an NMI */
         return MR_CRASH_CRYSTAL;
     if (exception >= 16)
-        return MR_CRASH_UNASKED;
+        return MR_CRASH_UNEXPECTED;
     return cfsr & 0xffu   ? MR_CRASH_MEMORY
          : cfsr & 0xff00u ? MR_CRASH_BUS
          : cfsr >> 16     ? MR_CRASH_USAGE
@@ -117,7 +117,7 @@ void fault_store(const uint32_t *frame, uint32_t exc_return)
     word[MR_CRASH_BFAR] = SCB_BFAR;
     word[MR_CRASH_EXCEPTION] = exception & IPSR_MASK;
     word[MR_CRASH_KIND] = get_crash_kind(exception & IPSR_MASK, word[MR_CRASH_CFSR]);
-    word[MR_CRASH_BLOCK] = health_block();
+    word[MR_CRASH_BLOCK] = health_get_block();
     word[MR_CRASH_TASK] = tasks_current();
     word[MR_CRASH_IMAGE] = restart_record.image_crc;
     memcpy(&word[MR_CRASH_R4], fault_registers, sizeof fault_registers);
@@ -132,7 +132,7 @@ void fault_store(const uint32_t *frame, uint32_t exc_return)
             word[MR_CRASH_STACK_FIRST + i] = below[i];
     }
     crash_record.age = 0;
-    crash_record.fresh = 1;
+    crash_record.is_new = 1;
     seal_crash_record();
     reset_chip();
 }
@@ -143,15 +143,15 @@ static uint8_t get_brown_out_level(void)
     return (uint8_t)(3u - (FLASH_OPTCR >> 2 & 3u));
 }
 
-static void restore_crash(void)
+static void load_crash_record(void)
 {
     if (crash_record.crc !=
         compute_words_crc(&crash_record, offsetof(__typeof__(crash_record), crc))) {
         memset(&crash_record, 0, sizeof crash_record);
         return;
     }
-    if (crash_record.fresh)
-        health_count(MR_FAULT_HARD_FAULT, (uint8_t)crash_record.words[MR_CRASH_KIND]);
+    if (crash_record.is_new)
+        health_count_fault(MR_FAULT_HARD_FAULT, (uint8_t)crash_record.words[MR_CRASH_KIND]);
     else if (crash_record.age < UINT16_MAX)
         crash_record.age++;
     last_restart.crash = crash_record.words[MR_CRASH_KIND] ? crash_record.words : NULL;
@@ -164,15 +164,15 @@ bool fault_read_record(uint8_t cause)
     if (restart_record.crc !=
         compute_words_crc(&restart_record, offsetof(__typeof__(restart_record), crc)))
         memset(&restart_record, 0, sizeof restart_record);
-    restore_crash();
+    load_crash_record();
     last_restart.brown_out = get_brown_out_level();
     if (by_watchdog) {
         last_restart.late_task = restart_record.late_task ? restart_record.late_task
                                                           : (uint8_t)tasks_current();
         last_restart.late_pc = restart_record.late_pc;
-        health_count(MR_FAULT_TASK_LATE, last_restart.late_task);
+        health_count_fault(MR_FAULT_TASK_LATE, last_restart.late_task);
     }
-    if (by_watchdog || crash_record.fresh) {
+    if (by_watchdog || crash_record.is_new) {
         restart_record.restarts =
             (uint8_t)(restart_record.restarts + (restart_record.restarts < UINT8_MAX));
         restart_record.in_row =
@@ -181,10 +181,10 @@ bool fault_read_record(uint8_t cause)
         /* the restart was due to power, the reset button or a command, so the counts start anew */
         restart_record.in_row = restart_record.crystal_stops = 0;
     }
-    if (crash_record.fresh && crash_record.words[MR_CRASH_KIND] == MR_CRASH_CRYSTAL)
+    if (crash_record.is_new && crash_record.words[MR_CRASH_KIND] == MR_CRASH_CRYSTAL)
         restart_record.crystal_stops =
             (uint8_t)(restart_record.crystal_stops + (restart_record.crystal_stops < UINT8_MAX));
-    crash_record.fresh = 0;
+    crash_record.is_new = 0;
     seal_crash_record();
     restart_record.late_task = 0;
     restart_record.late_pc = 0;

@@ -16,9 +16,9 @@
 /* about 1 s if the loop runs from the cache; otherwise it stalls while the flash is busy */
 #define POLLS_MAX      12000000u
 
-static uint32_t irq_state, begun_tick;
+static uint32_t irq_state, start_tick;
 
-const uint8_t *flash_copy(unsigned copy)
+const uint8_t *flash_get_copy(unsigned copy)
 {
     return (const uint8_t *)(COPY_A_ADDRESS + copy * FLASH_COPY_BYTES);
 }
@@ -36,7 +36,7 @@ static void reset_data_cache(void)
 void flash_begin(void)
 {
     irq_state = irq_mask();
-    begun_tick = TIM2->CNT;
+    start_tick = TIM2->CNT;
     watchdog_set_timeout(WATCHDOG_FLASH_COUNTS);
     if (FLASH_CR & FLASH_CR_LOCK) {
         FLASH_KEYR = FLASH_KEY_1;
@@ -51,7 +51,7 @@ void flash_end(void)
     reset_data_cache();
     watchdog_set_timeout(WATCHDOG_DEFAULT_COUNTS);
     board_scans_restart();
-    nor_extend_timeout(TIM2->CNT - begun_tick);
+    nor_extend_timeout(TIM2->CNT - start_tick);
     irq_restore(irq_state);
 }
 

@@ -53,7 +53,7 @@ void i2c_start(void)
     (void)RCC->APB1ENR;
     pin_write(PIN_THERMOMETER_CLOCK, true);
     pin_write(PIN_THERMOMETER_DATA, true);
-    pins_i2c(PINS_I2C_BUS);
+    pins_set_i2c_mode(PINS_I2C_BUS);
     configure_bus();
     transfer_status = I2C_IDLE;
     phase = PHASE_IDLE;
@@ -64,7 +64,7 @@ void i2c_stop(void)
     if (phase == PHASE_OFF)
         return;
     I2C1->CR1 = I2C_CR1_SWRST;
-    pins_i2c(PINS_I2C_NONE);
+    pins_set_i2c_mode(PINS_I2C_NONE);
     RCC->APB1ENR &= ~RCC_APB1ENR_I2C1;
     phase = PHASE_OFF;
 }
@@ -80,7 +80,7 @@ static void begin_clocking(void)
     I2C1->CR1 = I2C_CR1_SWRST;
     pin_write(PIN_THERMOMETER_CLOCK, true);
     pin_write(PIN_THERMOMETER_DATA, true);
-    pins_i2c(PINS_I2C_CLOCKED);
+    pins_set_i2c_mode(PINS_I2C_CLOCKED);
     clock_edge = 0;
     transfer_status = I2C_STUCK;
     set_phase(PHASE_CLOCKING);
@@ -104,7 +104,7 @@ static void toggle_clock(void)
     case 2: pin_write(PIN_THERMOMETER_CLOCK, true); break;
     case 3: pin_write(PIN_THERMOMETER_DATA, true); break;
     default:
-        pins_i2c(PINS_I2C_BUS);
+        pins_set_i2c_mode(PINS_I2C_BUS);
         configure_bus();
         phase = PHASE_IDLE;
         break;

@@ -25,7 +25,7 @@
 extern uint32_t stack_bottom[], stack_top[], dma_start[], dma_end[], ram_used_end[];
 extern const uint8_t program_start[], program_end[];
 
-static struct board_upkeep upkeep;
+static struct board_background_tests upkeep;
 static uint32_t *next_window;          /* next window to be tested */
 static const uint8_t *next_flash_byte; /* next byte for the checksum of the program */
 static uint32_t flash_crc, image_crc;
@@ -65,7 +65,7 @@ static void fail_ram(const uint32_t *words)
     if (!upkeep.is_ram_bad)
         upkeep.bad_address = (uint32_t)(uintptr_t)words;
     upkeep.is_ram_bad = true;
-    health_count(MR_FAULT_SELFTEST, MR_SELF_TEST_RAM);
+    health_count_fault(MR_FAULT_SELFTEST, MR_SELF_TEST_RAM);
 }
 
 static bool is_window_good(uint32_t *words)
@@ -128,7 +128,8 @@ static void test_ram(void)
         next_window += WINDOW_WORDS;
         if (next_window >= ram_used_end) {
             next_window = stack_bottom;
-            upkeep.ram_rounds = (uint16_t)(upkeep.ram_rounds + (upkeep.ram_rounds < UINT16_MAX));
+            upkeep.ram_test_count =
+                (uint16_t)(upkeep.ram_test_count + (upkeep.ram_test_count < UINT16_MAX));
         }
     }
 }
@@ -143,9 +144,10 @@ static void check_flash(void)
         return;
     if (flash_crc != image_crc) {
         upkeep.is_flash_bad = true;
-        health_count(MR_FAULT_SELFTEST, MR_SELF_TEST_FLASH);
+        health_count_fault(MR_FAULT_SELFTEST, MR_SELF_TEST_FLASH);
     }
-    upkeep.flash_rounds = (uint16_t)(upkeep.flash_rounds + (upkeep.flash_rounds < UINT16_MAX));
+    upkeep.flash_check_count =
+        (uint16_t)(upkeep.flash_check_count + (upkeep.flash_check_count < UINT16_MAX));
     next_flash_byte = program_start;
     flash_crc = 0;
 }
@@ -163,7 +165,7 @@ void board_restart_memory_test(void)
     flash_crc = 0;
 }
 
-void board_get_upkeep(struct board_upkeep *out)
+void board_get_background_tests(struct board_background_tests *out)
 {
     const uint32_t *p = stack_bottom;
     while (p < stack_top && *p == STACK_PATTERN)

@@ -40,7 +40,7 @@ enum {
     COMMAND_ENABLE_RESET = 0x66,
     COMMAND_RESET = 0x99,
     COMMAND_IDENTITY = 0x9f,
-    COMMAND_WAKE = 0xab
+    COMMAND_RELEASE_POWER_DOWN = 0xab
 };
 #define STATUS_BUSY  1u
 #define MANUFACTURER 0xefu
@@ -57,7 +57,7 @@ static volatile enum phase {
     PHASE_ERASING
 } phase;
 static volatile bool has_failed;
-static uint32_t begun_tick, polls;
+static uint32_t start_tick, polls;
 /* DMA target for the bytes received while a page is sent, and for the newest status. */
 static volatile uint8_t dma_sink DMA_BUFFER;
 static const uint8_t filler = 0xff;
@@ -130,7 +130,7 @@ static void begin_phase(enum phase next)
 {
     has_failed = false;
     polls = 0;
-    begun_tick = TIM2->CNT;
+    start_tick = TIM2->CNT;
     phase = next;
 }
 
@@ -152,9 +152,9 @@ static void begin_dma(uint8_t *in, const uint8_t *out, uint32_t count)
     SPI2->CR2 = SPI_CR2_RXDMAEN | SPI_CR2_TXDMAEN;
 }
 
-static bool takes_longer_than(uint32_t ms)
+static bool has_timed_out(uint32_t ms)
 {
-    return TIM2->CNT - begun_tick > ms * TICKS_PER_MS;
+    return TIM2->CNT - start_tick > ms * TICKS_PER_MS;
 }
 
 static void end_program(bool fails)
@@ -188,7 +188,7 @@ void dma1_stream3_irq(void)
     } else if (phase == PHASE_PROGRAMMING) {
         if (!(dma_sink & STATUS_BUSY))
             end_program(false);
-        else if (takes_longer_than(PROGRAM_MS))
+        else if (has_timed_out(PROGRAM_MS))
             end_program(true);
         else
             begin_dma(NULL, NULL, STATUS_BYTES);
@@ -198,7 +198,7 @@ void dma1_stream3_irq(void)
 
 void nor_extend_timeout(uint32_t ticks)
 {
-    begun_tick += ticks;
+    start_tick += ticks;
 }
 
 uint32_t nor_read_jedec_id(void)
@@ -237,7 +237,7 @@ enum nor_status nor_identify(void)
 static void detect_chip(void)
 {
     uint8_t status = read_status();
-    bool late = takes_longer_than(ERASE_MS);
+    bool late = has_timed_out(ERASE_MS);
     if (status != 0xff && (status & STATUS_BUSY) && late) {
         reset_chip();
         status = read_status();
@@ -255,7 +255,7 @@ void nor_start(void)
     SPI2->CR1 = SPI_CR1_MSTR | SPI_CR1_SSM | SPI_CR1_SSI;
     SPI2->CR1 |= SPI_CR1_SPE;
     irq_enable(IRQ_DMA1_STREAM3, PRIORITY_SERIAL);
-    send_single_command(COMMAND_WAKE);
+    send_single_command(COMMAND_RELEASE_POWER_DOWN);
     wait_cycles(CYCLES_OF_NS(WAKE_NS));
     begin_phase(PHASE_STARTING);
     detect_chip();
@@ -286,12 +286,12 @@ enum nor_status nor_poll(void)
     case PHASE_ERASING:
         if (!(read_status() & STATUS_BUSY))
             phase = PHASE_IDLE;
-        else if (takes_longer_than(ERASE_MS) || polls > POLLS_MAX)
+        else if (has_timed_out(ERASE_MS) || polls > POLLS_MAX)
             end_program(true);
         return NOR_BUSY; /* the next poll reports the end */
     default:
         /* longer than a page transfer plus programming: abort */
-        if (takes_longer_than(PROGRAM_MS + TRANSFER_MS) || polls > POLLS_MAX)
+        if (has_timed_out(PROGRAM_MS + TRANSFER_MS) || polls > POLLS_MAX)
             abort_transfer();
         return NOR_BUSY;
     }

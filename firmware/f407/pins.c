@@ -7,7 +7,7 @@ enum pull { PULL_NONE, PULL_UP };
 #define SERIAL_CLOCK  (BOARD_SERIAL == 6 ? RCC_APB2ENR_USART6 : RCC_APB2ENR_USART1)
 
 static const struct pin_setting {
-    uint8_t mode, function, pull, first_level;
+    uint8_t mode, function, pull, initial_level;
 } pin_settings[PINS] = {
 #define ANALOGUE(port, pin, converter, input, SIGNAL, text) \
     [PIN_##SIGNAL] = {.mode = ANALOGUE_MODE},
@@ -19,19 +19,19 @@ static const struct pin_setting {
 #include "firmware/boards/pins.def"
 };
 
-static void set_mode(struct pin_place at, enum mode mode)
+static void set_mode(struct pin_location at, enum mode mode)
 {
     at.port->MODER = (at.port->MODER & ~(3u << (2 * at.pin))) | (uint32_t)mode << (2 * at.pin);
 }
 
 /* Makes the pin fast: 6 ns of slew with 40 pF instead of up to 100 ns at speed 0 (STM32F407 data
  * sheet, I/O AC characteristics). */
-static void set_fast(struct pin_place at)
+static void set_fast(struct pin_location at)
 {
     at.port->OSPEEDR |= 2u << (2 * at.pin);
 }
 
-static void set_function(struct pin_place at, uint32_t function)
+static void set_function(struct pin_location at, uint32_t function)
 {
     unsigned shift = 4 * (at.pin % 8u);
     at.port->AFR[at.pin / 8] = (at.port->AFR[at.pin / 8] & ~(15u << shift)) | function << shift;
@@ -41,12 +41,12 @@ static void set_function(struct pin_place at, uint32_t function)
 
 static void set_pin(enum pin_signal signal)
 {
-    struct pin_place at = pin_place(signal);
+    struct pin_location at = pin_location(signal);
     const struct pin_setting *setting = &pin_settings[signal];
     at.port->PUPDR = (at.port->PUPDR & ~(3u << (2 * at.pin))) | (uint32_t)setting->pull
                                                                     << (2 * at.pin);
     if (setting->mode == OUTPUT_MODE) {
-        pin_write(signal, setting->first_level);
+        pin_write(signal, setting->initial_level);
         set_fast(at);
     }
     if (setting->mode == FUNCTION_MODE)
@@ -74,11 +74,11 @@ void pins_configure(void)
         set_pin((enum pin_signal)signal);
 }
 
-void pins_i2c(enum pins_i2c way)
+void pins_set_i2c_mode(enum pins_i2c_mode way)
 {
     static const enum pin_signal both[] = {PIN_THERMOMETER_CLOCK, PIN_THERMOMETER_DATA};
     for (unsigned i = 0; i < 2; i++) {
-        struct pin_place at = pin_place(both[i]);
+        struct pin_location at = pin_location(both[i]);
         at.port->OTYPER |= 1u << at.pin;
         if (way == PINS_I2C_BUS)
             set_function(at, I2C1_FUNCTION);

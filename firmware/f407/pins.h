@@ -14,15 +14,15 @@ enum pin_signal {
     PINS
 };
 
-struct pin_place {
+struct pin_location {
     struct gpio_regs *port;
     uint8_t pin;
 };
 
 /* Compiles to a constant if `signal` is constant. */
-static inline struct pin_place pin_place(enum pin_signal signal)
+static inline struct pin_location pin_location(enum pin_signal signal)
 {
-    static const struct pin_place places[PINS] = {
+    static const struct pin_location places[PINS] = {
 #define PIN(port, pin, SIGNAL) [PIN_##SIGNAL] = {GPIO##port, pin},
 #include "firmware/boards/pins.def"
     };
@@ -31,13 +31,13 @@ static inline struct pin_place pin_place(enum pin_signal signal)
 
 static inline void pin_write(enum pin_signal signal, bool high)
 {
-    struct pin_place place = pin_place(signal);
+    struct pin_location place = pin_location(signal);
     place.port->BSRR = 1u << (high ? place.pin : place.pin + 16u);
 }
 
 static inline bool pin_read(enum pin_signal signal)
 {
-    struct pin_place place = pin_place(signal);
+    struct pin_location place = pin_location(signal);
     return place.port->IDR >> place.pin & 1u;
 }
 
@@ -46,7 +46,7 @@ static inline bool pin_read(enum pin_signal signal)
 void pins_configure(void);
 /* Mode of the thermometer's two pins: inputs (unused), I2C1, or open-drain outputs to clock a stuck
  * bus. */
-enum pins_i2c { PINS_I2C_NONE, PINS_I2C_BUS, PINS_I2C_CLOCKED };
-void pins_i2c(enum pins_i2c way);
+enum pins_i2c_mode { PINS_I2C_NONE, PINS_I2C_BUS, PINS_I2C_CLOCKED };
+void pins_set_i2c_mode(enum pins_i2c_mode way);
 
 #endif

@@ -51,22 +51,23 @@ static uint32_t last_conversion_ticks;
 /* Position of the other converter's stream at the end of the last block. A stream that has stopped
  * is at the expected half in every second block, so an unchanged position is an error. */
 #define POSITION_UNKNOWN UINT32_MAX
-static uint32_t other_position = POSITION_UNKNOWN;
-static bool is_other_stopped;
+static uint32_t adc1_position = POSITION_UNKNOWN;
+static bool is_adc1_stopped;
 
 /* Converter input of each channel. */
-static const uint8_t input_of[MR_CHANNELS] = {
+static const uint8_t adc_input[MR_CHANNELS] = {
 #define ANALOGUE(port, pin, converter, input, SIGNAL, text) [BOARD_##SIGNAL] = input,
 #include "firmware/boards/pins.def"
 };
 enum {
-    WRONG_CONVERTERS = 0
+    WRONG_CONVERTER_COUNT = 0
 #define CONVERTER_OF(channel) ((channel) < (int)MR_TRANSDUCERS ? 3 : 1)
 #define ANALOGUE(port, pin, converter, input, SIGNAL, text) \
     +(CONVERTER_OF(BOARD_##SIGNAL) != (converter))
 #include "firmware/boards/pins.def"
 };
-_Static_assert(WRONG_CONVERTERS == 0, "transducers at ADC3, all others at ADC1: common/block.h");
+_Static_assert(WRONG_CONVERTER_COUNT == 0,
+               "transducers at ADC3, all others at ADC1: common/block.h");
 
 static void start_stream(unsigned number, uint32_t channel, struct adc_regs *adc, void *memory,
                          uint32_t count, uint32_t interrupts)
@@ -90,7 +91,7 @@ static void start_converter(struct adc_regs *adc, const uint8_t *channel, unsign
     if (count == 0)
         return;
     for (unsigned i = 0; i < count; i++)
-        sequence[i / 6] |= (uint32_t)input_of[channel[i]] << (5 * (i % 6));
+        sequence[i / 6] |= (uint32_t)adc_input[channel[i]] << (5 * (i % 6));
     adc->SQR3 = sequence[0];
     adc->SQR2 = sequence[1];
     adc->SQR1 = sequence[2] | (count - 1) << 20;
@@ -112,8 +113,8 @@ static void start_conversions(void)
     const uint32_t tell = DMA_CR_HTIE | DMA_CR_TCIE | DMA_CR_TEIE;
     bool adc3_is_last = scan.transducer_count > scan.other_count;
     uint32_t conversions = adc3_is_last ? scan.transducer_count : scan.other_count;
-    other_position = POSITION_UNKNOWN;
-    is_other_stopped = false;
+    adc1_position = POSITION_UNKNOWN;
+    is_adc1_stopped = false;
     first_index = next_index;
     last_conversion_ticks = (MR_SCANS_PER_BLOCK - 1u) * SCAN_TICKS +
                             (conversions - 1u) * CONVERSION_TICKS;
@@ -167,15 +168,15 @@ static void check_polarity(void)
     if (after < before || before <= REVERSE_TICK)
         return; /* the excitation was reversed between the two readings */
     if (pins != (reversed_since ? 1u : 2u))
-        health_count(MR_FAULT_POLARITY, (uint8_t)pins);
+        health_count_fault(MR_FAULT_POLARITY, (uint8_t)pins);
 }
 
 /* Returns the number of blocks that have ended since the last one handled. A block counts as ended
  * from the start of its last conversion, because the interrupt flag may already be set then. */
 static uint32_t count_ended_blocks(void)
 {
-    int32_t since =
-        (int32_t)(TIM2->CNT - mr_boardtime_tick(TRIGGER_TICK, next_index) - last_conversion_ticks);
+    int32_t since = (int32_t)(TIM2->CNT - mr_boardtime_block_tick(TRIGGER_TICK, next_index) -
+                              last_conversion_ticks);
     return since < 0 ? 0 : (uint32_t)since / MR_TICKS_PER_BLOCK + 1u;
 }
 
@@ -189,7 +190,7 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
     uint32_t flags = DMA2->ISR[stream / 4] >> dma_flag_shift(stream) & DMA_FLAGS_ALL;
     DMA2->IFCR[stream / 4] = flags << dma_flag_shift(stream);
     if (flags & DMA_FLAG_TEIF)
-        health_count(MR_FAULT_SCAN_OVERRUN, 1);
+        health_count_fault(MR_FAULT_SCAN_OVERRUN, 1);
     if (!(flags & (DMA_FLAG_HTIF | DMA_FLAG_TCIF)))
         return;
 
@@ -201,25 +202,25 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
     unsigned half = (index - first_index) % 2u ? MR_SCANS_PER_BLOCK : 0;
     if (ended > 1 ||
         (flags & (DMA_FLAG_HTIF | DMA_FLAG_TCIF)) != (half ? DMA_FLAG_TCIF : DMA_FLAG_HTIF)) {
-        other_position = POSITION_UNKNOWN;
-        health_count(MR_FAULT_SCAN_OVERRUN, 1);
+        adc1_position = POSITION_UNKNOWN;
+        health_count_fault(MR_FAULT_SCAN_OVERRUN, 1);
         return;
     }
     uint32_t expected = half ? BUFFER_SCANS * other_count : MR_SCANS_PER_BLOCK * other_count;
     uint32_t stands_at = DMA2->stream[other].NDTR;
-    is_other_stopped |= stands_at == other_position;
-    other_position = stands_at;
-    if (other_count && (stands_at != expected || is_other_stopped)) {
-        health_count(MR_FAULT_SCAN_OVERRUN, 3);
+    is_adc1_stopped |= stands_at == adc1_position;
+    adc1_position = stands_at;
+    if (other_count && (stands_at != expected || is_adc1_stopped)) {
+        health_count_fault(MR_FAULT_SCAN_OVERRUN, 3);
         return;
     }
     check_polarity();
     if (queue_filled(&block_queue) == BLOCK_QUEUE) {
-        health_count(MR_FAULT_BLOCK_LATE, 0);
+        health_count_fault(MR_FAULT_BLOCK_LATE, 0);
         return;
     }
     struct mr_block *block = &block_ring[block_queue.added % BLOCK_QUEUE];
-    uint32_t tick = mr_boardtime_tick(TRIGGER_TICK, index);
+    uint32_t tick = mr_boardtime_block_tick(TRIGGER_TICK, index);
     uint16_t *transducers = adc3_code + half * scan.transducer_count,
              *others = adc1_code + half * scan.other_count;
     if (scan.absent == 0)
@@ -249,7 +250,7 @@ void adc_irq(void)
 {
     /* Leave OVR set and disable its interrupt; supervision restarts the scans when there are no
      * more blocks. */
-    health_count(MR_FAULT_SCAN_OVERRUN, ADC1->SR & ADC_SR_OVR ? 1 : 3);
+    health_count_fault(MR_FAULT_SCAN_OVERRUN, ADC1->SR & ADC_SR_OVR ? 1 : 3);
     ADC1->CR1 &= ~ADC_CR1_OVRIE;
     ADC3->CR1 &= ~ADC_CR1_OVRIE;
     irq_end();
@@ -289,7 +290,7 @@ static void restart_scans(const struct mr_scan *with)
         /* Time since the first trigger of the block before the next one. The time since the first
          * of all triggers cannot be used, because TIM2 wraps after 51 s, which is not a whole
          * number of blocks. A restart is tried every second, so this difference has not wrapped. */
-        uint32_t since = TIM2->CNT - mr_boardtime_tick(TRIGGER_TICK, next_index) +
+        uint32_t since = TIM2->CNT - mr_boardtime_block_tick(TRIGGER_TICK, next_index) +
                          MR_TICKS_PER_BLOCK;
         uint32_t in_block = since % MR_TICKS_PER_BLOCK;
         bool now = in_block > TRIGGER_LOW_FROM && in_block < MR_TICKS_PER_BLOCK - BEGIN_TICKS;
@@ -316,7 +317,7 @@ void board_scans_restart(void)
 void board_scans_configure(uint32_t fitted)
 {
     struct mr_scan wanted;
-    mr_scan_plan(&wanted, ~(fitted & BOARD_INPUTS));
+    mr_scan_select_channels(&wanted, ~(fitted & BOARD_INPUTS));
     if (!is_prepared)
         return;
     if (are_timers_running) {

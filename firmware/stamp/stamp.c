@@ -86,7 +86,7 @@ int main(int argc, char **argv)
     if (!read_file(argv[1]))
         return fail("cannot read the image", argv[1]);
     uint8_t *head = find_segment_bytes(MR_FLASH, MR_IMAGE_HEAD_BYTES);
-    enum mr_status status = head ? mr_image_get(&image, head) : MR_UNKNOWN;
+    enum mr_status status = head ? mr_image_decode(&image, head) : MR_UNKNOWN;
     if (status != MR_OK && status != MR_CRC)
         return fail("no header to complete", argv[1]);
     if (!mr_board_by_number(image.board))
@@ -94,6 +94,6 @@ int main(int argc, char **argv)
     image.program_crc = compute_program_crc(image.program_start, image.program_end);
     if (!parse_commit(&image, argv[2]))
         return fail("not a commit", argv[2]);
-    mr_image_put(&image, head);
+    mr_image_encode(&image, head);
     return write_file(argv[1]) ? 0 : fail("cannot write the image", argv[1]);
 }

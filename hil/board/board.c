@@ -73,8 +73,8 @@ static void connect_chips(struct hil_board *board)
         .core = &board->core, .options = options, .state = &board->state.tmp112};
     board->mcu.spi.slave = hil_w25q_slave(&board->w25q);
     board->mcu.i2c.slave = hil_tmp112_slave(&board->tmp112);
-    board->mcu.flash.on_operation_begin = (struct hil_call){hil_faults_on_flash_operation,
-                                                            &board->faults};
+    board->mcu.flash.on_operation_begin = (struct hil_callback){hil_faults_on_flash_operation,
+                                                                &board->faults};
     hil_flash_create(&board->mcu.flash);
     hil_w25q_create(&board->w25q);
     board->supply = (struct hil_supply_device){
@@ -142,7 +142,8 @@ void hil_board_set_electronics(struct hil_board *board)
 {
     hil_electronics_set_up(&board->electronics, &board->options, board->options.figures);
     board->mcu.adc.vdda_v = board->electronics.vdda_v;
-    board->mcu.adc.errors = board->electronics.is_drawn ? &board->electronics.adc_errors : NULL;
+    board->mcu.adc.errors = board->electronics.has_drawn_tolerances ? &board->electronics.adc_errors
+                                                                    : NULL;
 }
 
 /* Connects the parts of a new board. Its options and memories are set; its other members are
@@ -165,7 +166,7 @@ static enum mr_status read_board_type(const uint8_t *flash, const struct hil_boa
                                       char *error, size_t size)
 {
     struct mr_image image;
-    enum mr_status status = mr_image_get(&image, flash);
+    enum mr_status status = mr_image_decode(&image, flash);
     /* MR_CRC: the image is damaged, but the header is readable */
     if (status != MR_OK && status != MR_CRC)
         return MR_OK;
@@ -260,7 +261,7 @@ void hil_board_reset(struct hil_board *board)
 /* Fits the maintenance jumper, which connects its pin to ground. */
 static void fit_jumper(struct hil_board *board)
 {
-    struct hil_pin_place at = board->options.type->jumper_pin;
+    struct hil_pin_location at = board->options.type->jumper_pin;
     hil_gpio_drive(&board->mcu.gpio, at.port, at.pin, false, 0);
 }
 

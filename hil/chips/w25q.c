@@ -93,7 +93,7 @@ static void on_operation_end(void *device, uint64_t at)
 
 /* True if the fault script requests that this program or erase operation fails; counts down the
  * request. */
-static bool take_failure_request(struct hil_w25q_device *dev, bool program)
+static bool consume_failure_request(struct hil_w25q_device *dev, bool program)
 {
     struct hil_nor_fault_requests *orders = dev->fault_requests;
     uint32_t *left = program ? &orders->failing_program_count : &orders->failing_erase_count;
@@ -120,14 +120,14 @@ static void start_operation(struct hil_w25q_device *dev, uint64_t t_ps, uint32_t
     w->operation_begin_ps = t_ps;
     w->operation_end_ps = t_ps + hil_cell_operation_ps(dev->options->cell_times, typical_us,
                                                        maximum_us, &w->random_state);
-    w->is_operation_failing = take_failure_request(dev, program);
+    w->is_operation_failing = consume_failure_request(dev, program);
     if (dev->fault_requests->hanging_operation_count) {
         dev->fault_requests->hanging_operation_count--;
         w->operation_end_ps = HIL_NEVER;
     }
     w->status |= STATUS_BUSY;
     hil_event_set_ps(dev->core, HIL_EVENT_NOR, w->operation_end_ps);
-    hil_call(&dev->on_operation_begin);
+    hil_callback_invoke(&dev->on_operation_begin);
 }
 
 static void reset_chip(struct hil_w25q_device *dev, uint64_t t_ps)
@@ -295,21 +295,21 @@ static void check_command_rules(struct hil_rules_device *rules, const struct hil
                                 uint8_t command, double clock_period_ns)
 {
     const struct hil_rules_edges *select = hil_rules_edges(rules, HIL_RULES_MEMORY_SELECT);
-    const struct hil_moment power = {.ps = past->power_on_ps};
+    const struct hil_timestamp power = {.ps = past->power_on_ps};
     bool reads = past->previous_command == COMMAND_READ && command == COMMAND_READ;
     enum hil_rule rest = get_pause_rule(past->pause_command);
     if (!past->previous_command)
-        hil_rules_check_interval(rules, HIL_RULE_POWER_TO_SELECT, power, select->fell);
+        hil_rules_check_interval(rules, HIL_RULE_POWER_TO_SELECT, power, select->last_fall);
     else
         hil_rules_check_interval(rules, reads ? HIL_RULE_SELECT_HIGH_READS : HIL_RULE_SELECT_HIGH,
-                                 select->rose, select->fell);
+                                 select->last_rise, select->last_fall);
     if (rest != HIL_RULE_COUNT)
-        hil_rules_check_interval(rules, rest, select->rose, select->fell);
+        hil_rules_check_interval(rules, rest, select->last_rise, select->last_fall);
     if (command == COMMAND_WRITE_ENABLE)
-        hil_rules_check_interval(rules, HIL_RULE_POWER_TO_WRITE, power, select->fell);
+        hil_rules_check_interval(rules, HIL_RULE_POWER_TO_WRITE, power, select->last_fall);
     hil_rules_check_time(
         rules, command == COMMAND_READ ? HIL_RULE_CLOCK_PERIOD_READ : HIL_RULE_CLOCK_PERIOD,
-        clock_period_ns, 0.0, select->fell.pc);
+        clock_period_ns, 0.0, select->last_fall.pc);
 }
 
 static uint8_t exchange_byte(void *device, uint8_t in, uint64_t at)

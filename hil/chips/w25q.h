@@ -88,7 +88,7 @@ struct hil_w25q_device {
     const struct hil_spi_device *spi;
     uint8_t
         *inverted_cells; /* HIL_NOR_SIZE bytes, inverted, so that an erased chip needs no memory */
-    struct hil_call on_operation_begin; /* called when a program or erase has begun */
+    struct hil_callback on_operation_begin; /* called when a program or erase has begun */
 };
 
 /* Initialises events and state. Connect the result of hil_w25q_slave afterwards. */

@@ -11,7 +11,7 @@ void hil_bus_attach(struct hil_core *core, const struct hil_peripheral *peripher
     if (bus->peripheral_count == HIL_PERIPHERALS_MAX || !hil_registers_by_base(peripheral->base))
         abort();
     bus->page_peripheral[(peripheral->base - 0x40000000u) >> 10] = (uint8_t)bus->peripheral_count;
-    bus->registers_of[bus->peripheral_count] = hil_registers_by_base(peripheral->base);
+    bus->peripheral_registers[bus->peripheral_count] = hil_registers_by_base(peripheral->base);
     bus->peripheral[bus->peripheral_count++] = *peripheral;
 }
 
@@ -36,7 +36,7 @@ static bool is_access_modelled(struct hil_core *core, const struct hil_periphera
     const struct hil_register **r =
         &core->bus.register_at[p - core->bus.peripheral][offset / 4u % HIL_REGISTER_WORDS];
     if (!*r)
-        *r = hil_register_at(core->bus.registers_of[p - core->bus.peripheral], offset);
+        *r = hil_register_at(core->bus.peripheral_registers[p - core->bus.peripheral], offset);
     return is_access_allowed(core, *r, write, value);
 }
 

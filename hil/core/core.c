@@ -384,25 +384,25 @@ bool hil_is_transfer_unaligned(const struct hil_core *core, uint32_t pc)
 
 /* --- time of an access --- */
 
-struct hil_moment hil_moment_at_cycle(const struct hil_core *core, uint64_t cycle)
+struct hil_timestamp hil_timestamp_at_cycle(const struct hil_core *core, uint64_t cycle)
 {
-    return (struct hil_moment){.ps = hil_clock_ps_at_cycle(&core->state.clock, cycle)};
+    return (struct hil_timestamp){.ps = hil_clock_ps_at_cycle(&core->state.clock, cycle)};
 }
 
-struct hil_moment hil_access_moment(const struct hil_core *core)
+struct hil_timestamp hil_access_timestamp(const struct hil_core *core)
 {
     struct hil_instruction place;
     if (!hil_translator_find_instruction(&core->engine.translator, core->bus.access.address,
                                          &place) ||
         /* the boot ROM made the access: its instructions are not decoded */
         !hil_memory_at(core, place.pc, 2, false))
-        return (struct hil_moment){0};
+        return (struct hil_timestamp){0};
     uint64_t parts = (uint64_t)hil_count_instructions(core, core->state.cpu.block_address,
                                                       place.pc) *
                      core->instruction_cycle_parts;
     uint64_t cycle = hil_now_cycle(core) + parts / HIL_PARTS_PER_CYCLE;
-    return (struct hil_moment){.ps = hil_clock_ps_at_cycle(&core->state.clock, cycle),
-                               .pc = place.pc};
+    return (struct hil_timestamp){.ps = hil_clock_ps_at_cycle(&core->state.clock, cycle),
+                                  .pc = place.pc};
 }
 
 /* --- refusals --- */
@@ -415,7 +415,7 @@ void hil_bus_stop(struct hil_core *core, const char *why, const char *what)
     char place[32] = "";
     if (p)
         snprintf(place, sizeof place, " (%s + 0x%x)",
-                 core->bus.registers_of[p - core->bus.peripheral]->peripheral,
+                 core->bus.peripheral_registers[p - core->bus.peripheral]->peripheral,
                  (unsigned)(current.address - p->base));
     hil_core_stop(core, MR_UNMODELLED, "%s %s of %u bytes at 0x%08x%s, PC 0x%08x%s%s", why,
                   current.is_write ? "write" : "read", current.size, (unsigned)current.address,

@@ -74,7 +74,7 @@ struct hil_bus {
     struct hil_peripheral peripheral[HIL_PERIPHERALS_MAX];
     uint8_t page_peripheral[HIL_BUS_PAGES];
     /* table of the registers of each peripheral */
-    const struct hil_register_set *registers_of[HIL_PERIPHERALS_MAX];
+    const struct hil_register_set *peripheral_registers[HIL_PERIPHERALS_MAX];
     /* registers by peripheral and word; NULL: not looked up yet, or no such register */
     const struct hil_register *register_at[HIL_PERIPHERALS_MAX][HIL_REGISTER_WORDS];
 };
@@ -393,9 +393,9 @@ uint32_t hil_access_pc(const struct hil_core *core);
 /* Time and PC of the access in progress, for the peripheral that is being read or written. Zero if
  * the access is not made by an instruction of the firmware but by a debugger, DMA or the boot
  * ROM. */
-struct hil_moment hil_access_moment(const struct hil_core *core);
+struct hil_timestamp hil_access_timestamp(const struct hil_core *core);
 /* Returns the time stamp of an event in hardware at a cycle; its PC is 0. */
-struct hil_moment hil_moment_at_cycle(const struct hil_core *core, uint64_t cycle);
+struct hil_timestamp hil_timestamp_at_cycle(const struct hil_core *core, uint64_t cycle);
 
 /* Refusals: functions that stop the run because an access is not modelled. */
 

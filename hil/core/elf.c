@@ -13,7 +13,7 @@
 #define refuse_image(image, ...) hil_file_refuse(&(image)->place, __VA_ARGS__)
 
 struct image {
-    struct hil_file_place place;
+    struct hil_file_context place;
     union {
         char *text;
         const uint8_t *bytes;
@@ -173,7 +173,7 @@ enum mr_status hil_elf_find_symbol(const char *path, const char *name, uint32_t 
 enum mr_status hil_symbols_read(struct mr_symbols *symbols, const char *path, char *error,
                                 size_t size)
 {
-    const struct hil_file_place at = {path, 0, error, size};
+    const struct hil_file_context at = {path, 0, error, size};
     size_t n = 0, room = 0;
     char *bytes;
     *symbols = (struct mr_symbols){0};

@@ -9,7 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum mr_status hil_file_refuse(const struct hil_file_place *at, enum mr_status status,
+enum mr_status hil_file_refuse(const struct hil_file_context *at, enum mr_status status,
                                const char *format, ...)
 {
     va_list arguments;
@@ -48,7 +48,7 @@ static char *find_installed_file(const char *path)
 
 /* Reports that the file does not exist. For a relative path the message names the current folder,
  * because it may be the wrong one. */
-static enum mr_status refuse_missing(const struct hil_file_place *at, const char *advice)
+static enum mr_status refuse_missing(const struct hil_file_context *at, const char *advice)
 {
     char folder[PATH_MAX] = "", *own = find_installed_file(at->path);
     bool relative = at->path[0] != '/' && getcwd(folder, sizeof folder);
@@ -59,7 +59,7 @@ static enum mr_status refuse_missing(const struct hil_file_place *at, const char
     return status;
 }
 
-enum mr_status hil_file_read(const struct hil_file_place *at, size_t most, const char *advice,
+enum mr_status hil_file_read(const struct hil_file_context *at, size_t most, const char *advice,
                              char **bytes, size_t *size)
 {
     FILE *file = fopen(at->path, "rb");

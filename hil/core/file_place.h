@@ -7,7 +7,7 @@
 
 #include "common/status.h"
 
-struct hil_file_place {
+struct hil_file_context {
     const char *path;
     unsigned line; /* line number, from 1; 0: the message is not about a line */
     char *error;   /* buffer of `error_size` bytes for the message of hil_file_refuse */
@@ -17,12 +17,12 @@ struct hil_file_place {
 /* Writes the message and returns `status`. Characters of a damaged file that are not safe for a
  * terminal are replaced by `?`. */
 __attribute__((format(printf, 3, 4))) enum mr_status hil_file_refuse(
-    const struct hil_file_place *at, enum mr_status status, const char *format, ...);
+    const struct hil_file_context *at, enum mr_status status, const char *format, ...);
 
 /* Reads a whole file and appends a 0. The caller frees `bytes`, also after a failure. MR_IO: the
  * message ends with `advice`, or, if there is no such file, with the path of the one that came with
  * the program; MR_TOO_LONG: more than `most` bytes. */
-enum mr_status hil_file_read(const struct hil_file_place *at, size_t most, const char *advice,
+enum mr_status hil_file_read(const struct hil_file_context *at, size_t most, const char *advice,
                              char **bytes, size_t *size);
 
 #endif

@@ -11,12 +11,12 @@
 /* A call-back from one part to another: the receiver and its function. The sender does not know the
  * receiver, so a peripheral is independent of its board. */
 
-struct hil_call {
+struct hil_callback {
     void (*function)(void *context); /* NULL: not connected */
     void *context;
 };
 
-static inline void hil_call(const struct hil_call *wire)
+static inline void hil_callback_invoke(const struct hil_callback *wire)
 {
     if (wire->function)
         wire->function(wire->context);
@@ -148,7 +148,7 @@ enum hil_event_slot {
     HIL_EVENT_LSI,
     HIL_EVENT_POWER, /* the supply has returned */
     HIL_EVENT_FAULT, /* handled before other events at the same cycle */
-    HIL_EVENT_HELD_OUTPUT,
+    HIL_EVENT_DELAYED_OUTPUT,
     HIL_EVENT_FLASH,
     HIL_EVENT_NOR,
     HIL_EVENT_RIG,
@@ -207,7 +207,7 @@ struct hil_scb {
     /* 0xE000ED00 to 0xE000EF47 */
     HIL_NAMED_WORDS(word, cpuid, icsr, vtor, aircr, scr, ccr, shpr[3], shcsr, cfsr, hfsr, dfsr,
                     mmfar, bfar, afsr, ids[18], cpacr, mpu[25], dhcsr, dcrsr, dcrdr, demcr,
-                    at_e00[64], stir, at_f04[12], fpccr, fpcar, fpdscr, mvfr[2]);
+                    reserved_e00[64], stir, reserved_f04[12], fpccr, fpcar, fpdscr, mvfr[2]);
     /* CYCCNT is cycles + offset while enabled, otherwise offset */
     uint32_t dwt_ctrl, dwt_offset;
     HIL_NAMED_WORDS(dbgmcu, idcode, cr, apb1_fz, apb2_fz); /* from 0xE0042000 on */
@@ -259,7 +259,7 @@ struct hil_core_state {
 };
 
 /* A time, and the instruction that caused an event at this time. */
-struct hil_moment {
+struct hil_timestamp {
     uint64_t ps;    /* time since power on */
     uint32_t pc;    /* instruction that caused the event; 0: caused by hardware */
     double slew_ns; /* slew of the edge: time until its level is reached */

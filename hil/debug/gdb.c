@@ -83,14 +83,14 @@ static char *format_hex(char *text, const void *bytes, size_t n)
     return text;
 }
 
-/* Ends the connection and reports it to `on_lost`. */
+/* Ends the connection and reports it to `on_disconnect`. */
 static void drop_connection(struct hil_gdb_connection *line)
 {
     if (line->fd >= 0)
         close(line->fd);
     line->fd = -1;
     line->input_size = 0;
-    hil_call(&line->on_lost);
+    hil_callback_invoke(&line->on_disconnect);
 }
 
 static void send_all(struct hil_gdb_connection *line, const char *bytes, size_t n)
@@ -162,7 +162,7 @@ static void discard_input(struct hil_gdb_connection *line, size_t n)
  * Returns its length; -1: no packet, or, if *interrupt is set, Ctrl-C. If a packet cannot be
  * acknowledged, the connection is lost and the packet is ignored, except kill, after which gdb
  * disconnects at once. */
-static int take_next_packet(struct hil_gdb_connection *line, char *packet, bool *interrupt)
+static int extract_next_packet(struct hil_gdb_connection *line, char *packet, bool *interrupt)
 {
     *interrupt = false;
     while (line->input_size && line->input[0] != '$') {
@@ -372,7 +372,7 @@ static void report_stop(struct hil_gdb *gdb, enum mr_status status)
 
 /* vCont;ACTION[;ACTION...]: there is only one thread, so the first action applies. Returns true if
  * the board continues. */
-static bool continue_by_action(struct hil_gdb *gdb, const char *action)
+static bool resume_as_requested(struct hil_gdb *gdb, const char *action)
 {
     if (*action == 'c' || *action == 'C')
         hil_debug_run(gdb->board);
@@ -432,7 +432,7 @@ static bool handle_packet(struct hil_gdb *gdb, const char *packet, enum mr_statu
         if (strcmp(packet, "vCont?") == 0) {
             strcpy(answer, "vCont;c;C;s;S");
         } else if (strncmp(packet, "vCont;", 6) == 0) {
-            if (continue_by_action(gdb, packet + 6))
+            if (resume_as_requested(gdb, packet + 6))
                 return true;
             strcpy(answer, "E01");
         }
@@ -455,7 +455,7 @@ static void serve_client(struct hil_gdb *gdb, enum mr_status status, const volat
             hil_debug_advance(gdb->board,
                               hil_board_now_ps(gdb->board) + (uint64_t)(since_s * 1e12));
         seen_s += since_s;
-        int n = take_next_packet(&gdb->connection, packet, &interrupt);
+        int n = extract_next_packet(&gdb->connection, packet, &interrupt);
         if (n < 0) {
             if (!interrupt && !receive_input(&gdb->connection, POLL_INTERVAL_MS))
                 return;
@@ -485,7 +485,7 @@ static void attach_debugger(struct hil_gdb *gdb)
     if (!gdb->path[0])
         setsockopt(gdb->connection.fd, IPPROTO_TCP, TCP_NODELAY, &one, sizeof one);
     gdb->connection.is_acknowledging = true;
-    gdb->connection.on_lost = (struct hil_call){detach_debugger, gdb};
+    gdb->connection.on_disconnect = (struct hil_callback){detach_debugger, gdb};
     gdb->is_attached = true;
     gdb->is_hold_reported = true; /* gdb asks for the stop reason itself */
     gdb->connection.input_size = 0;
@@ -526,7 +526,7 @@ bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile in
         char packet[2 * HIL_GDB_PACKET_MAX + 1];
         bool interrupt;
         /* while the board runs only Ctrl-C can arrive */
-        take_next_packet(&gdb->connection, packet, &interrupt);
+        extract_next_packet(&gdb->connection, packet, &interrupt);
         if (interrupt)
             hil_debug_hold(gdb->board, HIL_HOLD_REQUESTED);
     }

@@ -23,7 +23,7 @@ struct hil_gdb_connection {
     bool is_acknowledging;
     char input[2 * HIL_GDB_PACKET_MAX];
     size_t input_size;
-    struct hil_call on_lost; /* called when the connection has ended */
+    struct hil_callback on_disconnect; /* called when the connection has ended */
 };
 
 struct hil_gdb {

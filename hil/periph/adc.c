@@ -344,9 +344,9 @@ static void start_sequence(struct hil_adc_device *dev, unsigned unit, uint64_t a
     a->sampled_count = a->delivered_count = 0;
     if (!a->is_sequence_planned && !plan_sequence(dev, unit))
         return;
-    hil_rules_check_interval(dev->rules, HIL_RULE_CONVERTER_ON, a->switched_on_at,
-                             hil_moment_at_cycle(dev->core, at));
-    a->switched_on_at = (struct hil_moment){0};
+    hil_rules_check_interval(dev->rules, HIL_RULE_CONVERTER_ON, a->switch_on_time,
+                             hil_timestamp_at_cycle(dev->core, at));
+    a->switch_on_time = (struct hil_timestamp){0};
     a->is_sequence_running = true;
     a->sr |= SR_STRT;
     schedule_conversion(dev, unit);
@@ -420,7 +420,7 @@ static void write_cr2(struct hil_adc_device *dev, unsigned unit, uint32_t value)
             "EXTEN is set while the trigger is high: the chip may detect this as an edge");
     a->cr2 = value & ~CR2_SWSTART;
     if (value & ~before & CR2_ADON)
-        a->switched_on_at = hil_access_moment(dev->core);
+        a->switch_on_time = hil_access_timestamp(dev->core);
     if ((value & CR2_DMA) && !(before & CR2_DMA)) {
         a->has_dma_ended = false;
         a->is_dr_full = false;
@@ -539,7 +539,7 @@ double hil_adc_remaining_share(const struct hil_adc_errors *errors, int source, 
 {
     double ohm = HIL_ADC_SWITCH_MAX_OHM + (source < 0 ? 0.0 : errors->source_ohm[source]);
     double left = exp(-window_s / (ohm * HIL_ADC_CAPACITOR_MAX_F));
-    return left + (source < 0 ? 0.0 : errors->kickback_rel[source]);
+    return left + (source < 0 ? 0.0 : errors->kickback_share[source]);
 }
 
 /* ---- sampling time ---- */

@@ -45,7 +45,7 @@ struct hil_adc {
     uint64_t random_state;
     uint16_t trigger_levels; /* levels of the external triggers, by EXTSEL */
     /* time at which the converter was switched on; used until the first conversion */
-    struct hil_moment switched_on_at;
+    struct hil_timestamp switch_on_time;
 };
 
 /* The circuit connected to the analogue pins. */
@@ -93,7 +93,7 @@ void hil_adc3_event(void *device, uint64_t at);
  * of the previous channel in the sample capacitor.
  *
  * Each conversion contains a fraction of the step from the previously sampled voltage. The fraction
- * has two parts: the charge that the pin's capacitor has not replaced (`kickback_rel`), and the
+ * has two parts: the charge that the pin's capacitor has not replaced (`kickback_share`), and the
  * incomplete settling within the sampling window, exp(-t / ((RADC + source) CADC)). RADC = 6 kOhm
  * and CADC = 7 pF are the maxima of DS8626 table 67. Units are LSB of 4096 codes; sources are
  * numbered as by
@@ -111,7 +111,7 @@ struct hil_adc_errors {
     double gain_lsb[2];   /* error at full scale */
     float inl_lsb[2][HIL_ADC_CODES];
     double noise_ratio[HIL_ADC_SOURCES]; /* noise as a multiple of HIL_ADC_NOISE_LSB */
-    double kickback_rel[HIL_ADC_SOURCES];
+    double kickback_share[HIL_ADC_SOURCES];
     double source_ohm[HIL_ADC_SOURCES];
 };
 

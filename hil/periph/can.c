@@ -86,7 +86,7 @@ static void get_mailbox_frame(const struct hil_can_mailbox *m, struct hil_can_fr
 }
 
 /* True if mailbox a is sent before mailbox b. */
-static bool is_sent_before(const struct hil_can *c, unsigned a, unsigned b)
+static bool is_sent_first(const struct hil_can *c, unsigned a, unsigned b)
 {
     if (c->mcr & MCR_TXFP)
         return c->mailbox[a].request_number < c->mailbox[b].request_number;
@@ -100,7 +100,7 @@ static int find_next_mailbox(const struct hil_can *c)
 {
     int best = -1;
     for (unsigned m = 0; m < 3; m++) {
-        if (!is_mailbox_empty(c, m) && (best < 0 || is_sent_before(c, m, (unsigned)best)))
+        if (!is_mailbox_empty(c, m) && (best < 0 || is_sent_first(c, m, (unsigned)best)))
             best = (int)m;
     }
     return best;
@@ -116,7 +116,7 @@ static uint32_t get_tsr(const struct hil_can *c)
             empty++;
             if (code == 3)
                 code = m;
-        } else if (is_mailbox_empty(c, last) || !is_sent_before(c, m, last)) {
+        } else if (is_mailbox_empty(c, last) || !is_sent_first(c, m, last)) {
             last = m; /* pending mailbox with the lowest priority */
         }
     }
@@ -602,7 +602,7 @@ uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset)
 
 /* Stops the run if the firmware writes back flags that it read. A flag is cleared by writing 1, so
  * this could clear flags that were set in between. */
-static void refuse_flags_written_back(struct hil_can_device *dev, uint32_t status)
+static void check_write_of_read_flags(struct hil_can_device *dev, uint32_t status)
 {
     if (status)
         hil_bus_refuse(dev->core,
@@ -612,7 +612,7 @@ static void refuse_flags_written_back(struct hil_can_device *dev, uint32_t statu
 static void write_tsr(struct hil_can_device *dev, uint32_t value)
 {
     struct hil_can *c = dev->state;
-    refuse_flags_written_back(dev, value & TSR_STATUS);
+    check_write_of_read_flags(dev, value & TSR_STATUS);
     for (unsigned m = 0; m < 3; m++) {
         uint32_t bits = value >> (8u * m);
         if (bits & 1u) /* RQCP also clears TXOK, ALST and TERR */
@@ -682,7 +682,7 @@ static void write_control_register(struct hil_can_device *dev, uint32_t offset, 
     case TSR: write_tsr(dev, value); break;
     case RF0R:
     case RF1R:
-        refuse_flags_written_back(dev, value & RFR_FMP);
+        check_write_of_read_flags(dev, value & RFR_FMP);
         release_fifo(c, (offset - RF0R) / 4u, value);
         break;
     case ESR: /* software may write LEC to detect a later change */ c->esr = value & 0x70u; break;

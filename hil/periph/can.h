@@ -54,7 +54,8 @@ struct hil_can {
     uint32_t request_count; /* number of requests so far */
     struct hil_can_received_frame fifo[2][3];
     uint8_t fifo_count[2];
-    HIL_NAMED_WORDS(filter_word, fmr, fm1r, at_208, fs1r, at_210, ffa1r, at_218, fa1r);
+    HIL_NAMED_WORDS(filter_word, fmr, fm1r, reserved_208, fs1r, reserved_210, ffa1r, reserved_218,
+                    fa1r);
     uint32_t filter[HIL_CAN_FILTER_BANKS][2];
 
     uint32_t phase;

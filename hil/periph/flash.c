@@ -165,7 +165,7 @@ static void begin_operation(struct hil_flash_device *dev, enum hil_flash_operati
                                           duration->maximum_us[width], &flash->random_state);
     flash->sr |= SR_BSY;
     hil_event_set_ps(dev->core, HIL_EVENT_FLASH, flash->end_ps);
-    hil_call(&dev->on_operation_begin);
+    hil_callback_invoke(&dev->on_operation_begin);
     hil_core_request_check(dev->core);
 }
 
@@ -227,7 +227,7 @@ void hil_flash_event(void *device, uint64_t at)
     if (flash->cr & CR_EOPIE)
         flash->sr |= SR_EOP;
     update_irq(dev);
-    hil_call(&dev->on_bank_ready);
+    hil_callback_invoke(&dev->on_bank_ready);
 }
 
 /* Stalls the bus until the present operation has ended. */

@@ -56,8 +56,8 @@ struct hil_flash {
 struct hil_flash_device {
     HIL_NEIGHBOUR_POINTERS;
     struct hil_flash *state;
-    struct hil_call on_operation_begin; /* called when an operation has begun */
-    struct hil_call on_bank_ready;      /* called when the bank can be read again */
+    struct hil_callback on_operation_begin; /* called when an operation has begun */
+    struct hil_callback on_bank_ready;      /* called when the bank can be read again */
 };
 
 void hil_flash_create(struct hil_flash_device *dev);

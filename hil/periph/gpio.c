@@ -32,8 +32,8 @@ void hil_gpio_reset_port(void *device, unsigned port)
 {
     struct hil_gpio_device *dev = device;
     struct hil_gpio_port *p = &dev->state->port[port];
-    uint16_t driven = p->outside_driven_pins, outside = p->outside_levels;
-    *p = (struct hil_gpio_port){.outside_driven_pins = driven, .outside_levels = outside};
+    uint16_t driven = p->externally_driven_pins, outside = p->external_levels;
+    *p = (struct hil_gpio_port){.externally_driven_pins = driven, .external_levels = outside};
     hil_registers_reset(FIRST_PORT + 0x400u * port, 0, p->word, sizeof p->word / 4u);
     hil_gpio_notify_listeners(dev, hil_now_cycle(dev->core));
 }
@@ -78,9 +78,9 @@ static bool find_pin_level(const struct hil_gpio_device *dev, unsigned port, uns
         if (drives)
             return level;
     }
-    if (p->outside_driven_pins >> pin & 1u)
-        return (p->outside_levels >> pin & 1u) != 0;
-    const struct hil_pin *outside = dev->outside_pins[port][pin];
+    if (p->externally_driven_pins >> pin & 1u)
+        return (p->external_levels >> pin & 1u) != 0;
+    const struct hil_pin *outside = dev->external_pins[port][pin];
     if (outside) {
         bool drives, high = outside->level(outside->context, outside->channel, &drives);
         if (drives)
@@ -98,7 +98,7 @@ bool hil_gpio_level(const struct hil_gpio_device *dev, unsigned port, unsigned p
     return find_pin_level(dev, port, pin, &held);
 }
 
-bool hil_gpio_is_held(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
+bool hil_gpio_has_defined_level(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
 {
     bool held;
     (void)find_pin_level(dev, port, pin, &held);
@@ -129,8 +129,8 @@ void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bo
     struct hil_gpio_port *p = &dev->state->port[port];
     uint16_t bit = (uint16_t)(1u << pin);
     bool before = hil_gpio_level(dev, port, pin);
-    p->outside_driven_pins |= bit;
-    p->outside_levels = (uint16_t)(level ? p->outside_levels | bit : p->outside_levels & ~bit);
+    p->externally_driven_pins |= bit;
+    p->external_levels = (uint16_t)(level ? p->external_levels | bit : p->external_levels & ~bit);
     bool after = hil_gpio_level(dev, port, pin);
     /* without the alternate function, the peripheral does not receive edges of the pin */
     const struct hil_pin *user = after != before ? find_pin_user(dev, port, pin) : NULL;

@@ -19,8 +19,8 @@
 
 struct hil_gpio_port {
     HIL_NAMED_WORDS(word, moder, otyper, ospeedr, pupdr, idr, odr, bsrr, lckr, afr[2]);
-    uint16_t outside_driven_pins; /* pins connected to an outside driver */
-    uint16_t outside_levels;      /* levels of the outside drivers */
+    uint16_t externally_driven_pins; /* pins connected to an outside driver */
+    uint16_t external_levels;        /* levels of the outside drivers */
 };
 
 struct hil_gpio {
@@ -54,7 +54,7 @@ struct hil_gpio_device {
     struct hil_gpio *state;
     const struct hil_pin *alternate_pins[HIL_GPIO_PORTS][16]; /* peripherals by pin; NULL: none */
     /* outside parts by pin; NULL: unconnected, or driven by hil_gpio_drive */
-    const struct hil_pin *outside_pins[HIL_GPIO_PORTS][16];
+    const struct hil_pin *external_pins[HIL_GPIO_PORTS][16];
     /* listeners for ports B, D and E, called in this order */
     struct hil_pin_listener listener[HIL_PIN_LISTENERS_MAX];
     unsigned listener_count;
@@ -81,7 +81,7 @@ enum hil_pin_mode hil_gpio_mode(const struct hil_gpio_device *dev, unsigned port
 int hil_gpio_alternate_function(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
 bool hil_gpio_level(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
 /* True if a driver, a peripheral, or an internal or outside resistor holds the pin's level. */
-bool hil_gpio_is_held(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
+bool hil_gpio_has_defined_level(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
 /* Connects an outside pull-up or pull-down resistor to a pin. */
 void hil_gpio_add_pull(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool up);
 /* Sets the level of an outside driver on a pin. */

@@ -341,13 +341,13 @@ uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
         }
         hil_event_set_cycle(dev->core, HIL_EVENT_I2C, dev->state->phase_end_cycle);
         return value;
-    case SR1: i2c->sr1_was_read = true; return i2c->sr1;
+    case SR1: i2c->is_sr1_read = true; return i2c->sr1;
     case SR2:
         value = (i2c->is_master ? 1u : 0u) | (i2c->is_busy ? 2u : 0u) |
                 (i2c->is_transmitter ? 4u : 0u);
-        if (i2c->phase == HIL_I2C_ADDRESSED && i2c->sr1_was_read) {
+        if (i2c->phase == HIL_I2C_ADDRESSED && i2c->is_sr1_read) {
             i2c->sr1 &= ~SR1_ADDR;
-            i2c->sr1_was_read = false;
+            i2c->is_sr1_read = false;
             if (i2c->is_transmitter) {
                 i2c->sr1 |= SR1_TXE;
                 set_phase(dev, HIL_I2C_SENT, 0, 0);
@@ -409,7 +409,7 @@ static void write_dr(struct hil_i2c_device *dev, uint32_t value)
     struct hil_i2c *i2c = dev->state;
     uint64_t now = hil_now_cycle(dev->core);
     i2c->dr = (uint8_t)value;
-    if (i2c->phase == HIL_I2C_STARTED && i2c->sr1_was_read) {
+    if (i2c->phase == HIL_I2C_STARTED && i2c->is_sr1_read) {
         if ((value & 0xf8u) == 0xf0u)
             hil_bus_refuse(dev->core, "10-bit addresses");
         i2c->sr1 &= ~SR1_SB;
@@ -422,7 +422,7 @@ static void write_dr(struct hil_i2c_device *dev, uint32_t value)
         i2c->is_dr_full = true;
         i2c->sr1 &= ~SR1_TXE;
     }
-    i2c->sr1_was_read = false;
+    i2c->is_sr1_read = false;
 }
 
 void hil_i2c_write(void *device, unsigned unit, uint32_t offset, uint32_t value)

@@ -39,7 +39,7 @@ struct hil_i2c {
     enum hil_i2c_phase phase;
     bool is_master, is_transmitter, is_busy;
     /* SR1 was read, the first step of the sequences that clear SB, ADDR and BTF */
-    bool sr1_was_read;
+    bool is_sr1_read;
     bool is_dr_full; /* DR contains a byte to be sent */
     uint8_t shifted_byte;
     bool acknowledges_next_byte; /* with POS: the next byte will be acknowledged */

@@ -162,7 +162,7 @@ static void attach_to_pins(struct hil_mcu *mcu)
     gpio->alternate_pins[3][1] = &mcu->pin[3];
     mcu->serial_in_pin = (struct hil_pin){&mcu->usart, -1, 0, hil_usart_line_in, NULL};
     /* input of the serial link */
-    gpio->outside_pins[type->serial_in_pin.port][type->serial_in_pin.pin] = &mcu->serial_in_pin;
+    gpio->external_pins[type->serial_in_pin.port][type->serial_in_pin.pin] = &mcu->serial_in_pin;
     hil_gpio_add_listener(gpio, hil_spi_on_pins_changed, &mcu->spi);
     hil_gpio_add_listener(gpio, hil_i2c_on_lines_changed, &mcu->i2c);
 }
@@ -205,7 +205,7 @@ void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_optio
     mcu->gpio.on_store = hil_rules_on_store;
     mcu->gpio.on_floating_read = hil_rules_check_floating;
     mcu->gpio.store_context = mcu->gpio.floating_context = &mcu->rules;
-    mcu->flash.on_bank_ready = (struct hil_call){hil_dma_on_flash_ready, &mcu->dma};
+    mcu->flash.on_bank_ready = (struct hil_callback){hil_dma_on_flash_ready, &mcu->dma};
     core->bank_calls = (struct hil_bank_calls){&mcu->flash, hil_flash_store, hil_flash_load};
     attach_to_bus(mcu);
     attach_to_events(mcu);

@@ -119,7 +119,7 @@ const struct hil_board_type *hil_board_type_by_number(unsigned number)
 
 const struct hil_board_type *hil_board_type_by_name(const char *name)
 {
-    int number = mr_board_by_name(name);
+    int number = mr_board_number_by_name(name);
     return number < 0 ? NULL : hil_board_type_by_number((unsigned)number);
 }
 

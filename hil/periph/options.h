@@ -18,14 +18,14 @@
 #define HIL_BOARD_PORTS      9u
 #define HIL_BOARD_PULL_COUNT 7u
 
-struct hil_pin_place {
+struct hil_pin_location {
     uint8_t port, pin; /* port 0 = A; HIL_NO_PORT: not present */
 };
 #define HIL_NO_PORT 0xffu
 
 /* A resistor outside the chip that defines the level of a pin before the firmware configures it. */
 struct hil_pull {
-    struct hil_pin_place place;
+    struct hil_pin_location place;
     bool is_up;
 };
 
@@ -38,16 +38,16 @@ struct hil_board_type {
     double supply_v;       /* VDDA */
     /* bit masks of the pins of each port that are connected in the package */
     uint16_t bonded_pins[HIL_BOARD_PORTS];
-    struct hil_pin_place channel_pin[HIL_BOARD_CHANNELS];
-    struct hil_pin_place warning_pin, shunt_pin, lamp_sense_pin, jumper_pin;
+    struct hil_pin_location channel_pin[HIL_BOARD_CHANNELS];
+    struct hil_pin_location warning_pin, shunt_pin, lamp_sense_pin, jumper_pin;
     struct hil_pull pulls[HIL_BOARD_PULL_COUNT];
-    struct hil_pin_place serial_out_pin, serial_in_pin;
+    struct hil_pin_location serial_out_pin, serial_in_pin;
     uint8_t usart,
         serial_alternate_function; /* USART of the serial link, and its alternate function */
     bool is_rom_on_serial;         /* the boot ROM uses the pins of the serial link */
     /* a sensor on the board holds the pin of a channel (sensor_out_pin) at 0 V while its select
      * line is low */
-    struct hil_pin_place sensor_select_pin, sensor_out_pin;
+    struct hil_pin_location sensor_select_pin, sensor_out_pin;
 };
 
 /* Board type with this number or name (common/boards.def); NULL: not modelled. Static storage. */
@@ -59,7 +59,7 @@ const char *hil_board_type_name(const struct hil_board_type *type);
 int hil_board_type_find_channel(const struct hil_board_type *type, unsigned port, unsigned pin);
 bool hil_board_type_has_pin(const struct hil_board_type *type, unsigned port, unsigned pin);
 
-static inline bool hil_is_same_pin(struct hil_pin_place place, unsigned port, unsigned pin)
+static inline bool hil_is_same_pin(struct hil_pin_location place, unsigned port, unsigned pin)
 {
     return place.port == port && place.pin == pin;
 }

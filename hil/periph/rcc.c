@@ -322,7 +322,7 @@ static void check_new_clock_access(void *context)
     dev->core->bus.new_clocks.clock_enables = NULL;
     if (fresh.block_cycle != hil_now_cycle(dev->core))
         return;
-    struct hil_moment access = hil_access_moment(dev->core);
+    struct hil_timestamp access = hil_access_timestamp(dev->core);
     unsigned between = hil_count_instructions(dev->core, fresh.store_pc, access.pc);
     if (!between || between > fresh.required_cycles ||
         has_barrier_between(dev->core, fresh.store_pc, access.pc))
@@ -338,7 +338,7 @@ static void check_new_clock_access(void *context)
  * enabled; on APB, 1 + the prescaler. */
 static void record_new_clock(struct hil_rcc_device *dev, uint32_t offset, uint32_t rising)
 {
-    struct hil_moment at = hil_access_moment(dev->core);
+    struct hil_timestamp at = hil_access_timestamp(dev->core);
     if (!rising || !hil_rules_are_checked(dev->rules))
         return;
     dev->new_clock = (struct hil_rcc_new_clock){
@@ -364,7 +364,7 @@ static void check_wait_states(struct hil_rcc_device *dev, uint32_t before_hz)
         return;
     if (rcc->is_latency_unread)
         hil_rules_record_violation(dev->rules, HIL_RULE_WAIT_STATES,
-                                   hil_access_moment(dev->core).pc,
+                                   hil_access_timestamp(dev->core).pc,
                                    "from %u to %u Hz, but FLASH_ACR was written and not read back",
                                    (unsigned)before_hz, (unsigned)compute_hclk_hz(dev, true));
     else
@@ -546,7 +546,7 @@ static void write_watchdog_key(struct hil_iwdg_device *dev, uint32_t key)
     uint64_t now_ps = hil_now_ps(dev->core);
     if (key == IWDG_KEY_RELOAD && (now_ps < w->update_end_ps[0] || now_ps < w->update_end_ps[1]))
         hil_rules_record_violation(dev->rules, HIL_RULE_WATCHDOG_UPDATE,
-                                   hil_access_moment(dev->core).pc, "%s is set",
+                                   hil_access_timestamp(dev->core).pc, "%s is set",
                                    now_ps < w->update_end_ps[0] ? "PVU" : "RVU");
     if (key == IWDG_KEY_START || key == IWDG_KEY_RELOAD)
         reload_watchdog(dev);

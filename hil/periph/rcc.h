@@ -16,8 +16,8 @@
 enum hil_rcc_bus { HIL_RCC_AHB1, HIL_RCC_APB1, HIL_RCC_APB2, HIL_RCC_BUS_COUNT };
 
 struct hil_rcc {
-    HIL_NAMED_WORDS(word, cr, pllcfgr, cfgr, cir, rstr[8], ahb1enr, ahb2enr, ahb3enr, at_3c,
-                    apb1enr, apb2enr, at_48[2], lpenr[6], at_68[3], csr);
+    HIL_NAMED_WORDS(word, cr, pllcfgr, cfgr, cir, rstr[8], ahb1enr, ahb2enr, ahb3enr, reserved_3c,
+                    apb1enr, apb2enr, reserved_48[2], lpenr[6], reserved_68[3], csr);
     uint32_t flash_acr;
     uint32_t pwr_cr;
     uint64_t voltage_scale_ready_cycle; /* PWR_CSR.VOSRDY */

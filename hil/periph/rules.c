@@ -90,7 +90,7 @@ static void stop_on_violation(struct hil_rules_device *dev, enum hil_rule rule)
 }
 
 static void record_measurement(struct hil_rules_device *dev, enum hil_rule rule, double ns,
-                               double least_ns, struct hil_moment from, uint32_t to_pc)
+                               double least_ns, struct hil_timestamp from, uint32_t to_pc)
 {
     struct hil_rule_tally *tally = &dev->state->tally[rule];
     bool broken = ns < least_ns;
@@ -111,11 +111,11 @@ void hil_rules_check_time(struct hil_rules_device *dev, enum hil_rule rule, doub
 {
     if (hil_rules_are_checked(dev))
         record_measurement(dev, rule, ns, least_ns > 0.0 ? least_ns : rule_table[rule].min_ns,
-                           (struct hil_moment){.pc = pc}, pc);
+                           (struct hil_timestamp){.pc = pc}, pc);
 }
 
 void hil_rules_check_interval(struct hil_rules_device *dev, enum hil_rule rule,
-                              struct hil_moment from, struct hil_moment to)
+                              struct hil_timestamp from, struct hil_timestamp to)
 {
     if (!hil_rules_are_checked(dev) || !from.ps || !to.ps)
         return;
@@ -153,26 +153,26 @@ void hil_rules_record_violation(struct hil_rules_device *dev, enum hil_rule rule
 
 /* Follows the thermometer's bus while software drives it. While SCL is high, a rise of SDA is a
  * stop and a fall a start. */
-static void track_thermometer_bus(struct hil_rules_device *dev, bool high, struct hil_moment at)
+static void track_thermometer_bus(struct hil_rules_device *dev, bool high, struct hil_timestamp at)
 {
     struct hil_rules *state = dev->state;
     if (!state->pin[HIL_RULES_THERMOMETER_CLOCK].is_high)
         return;
     if (!high)
         hil_rules_check_interval(dev, HIL_RULE_BUS_FREE, state->last_bus_stop, at);
-    state->last_bus_stop = high ? at : (struct hil_moment){0};
+    state->last_bus_stop = high ? at : (struct hil_timestamp){0};
 }
 
 static void track_edge(struct hil_rules_device *dev, enum hil_rules_pin pin, bool high,
-                       struct hil_moment at)
+                       struct hil_timestamp at)
 {
     struct hil_rules_edges *edges = &dev->state->pin[pin];
     edges->is_high = high;
-    *(high ? &edges->rose : &edges->fell) = at;
+    *(high ? &edges->last_rise : &edges->last_fall) = at;
     switch (pin) {
     case HIL_RULES_THERMOMETER_CLOCK:
         hil_rules_check_interval(dev, high ? HIL_RULE_SCL_LOW : HIL_RULE_SCL_HIGH,
-                                 high ? edges->fell : edges->rose, at);
+                                 high ? edges->last_fall : edges->last_rise, at);
         break;
     case HIL_RULES_THERMOMETER_DATA: track_thermometer_bus(dev, high, at); break;
     /* for these commands, the model of the chip checks the rule when it knows the command */
@@ -199,7 +199,7 @@ void hil_rules_on_store(void *device, unsigned port)
     struct hil_rules_device *dev = device;
     if (!hil_rules_are_checked(dev) || !is_port_checked(port))
         return;
-    struct hil_moment at = hil_access_moment(dev->core);
+    struct hil_timestamp at = hil_access_timestamp(dev->core);
     for (unsigned i = 0; i < HIL_RULES_PIN_COUNT; i++) {
         bool high = pin_table[i].port == port && hil_gpio_level(dev->gpio, port, pin_table[i].pin);
         if (pin_table[i].port != port || high == dev->state->pin[i].is_high)
@@ -214,11 +214,11 @@ void hil_rules_on_store(void *device, unsigned port)
 
 /* --- floating inputs --- */
 
-static bool do_bits_matter(struct hil_rules_device *dev, uint32_t value, uint32_t bits,
-                           struct hil_whatif_difference *difference)
+static bool have_bits_effect(struct hil_rules_device *dev, uint32_t value, uint32_t bits,
+                             struct hil_whatif_difference *difference)
 {
-    struct hil_moment read = hil_rules_are_checked(dev) ? hil_access_moment(dev->core)
-                                                        : (struct hil_moment){0};
+    struct hil_timestamp read = hil_rules_are_checked(dev) ? hil_access_timestamp(dev->core)
+                                                           : (struct hil_timestamp){0};
     bits &= hil_bus_read_mask(dev->core);
     if (!read.ps || !bits)
         return false;
@@ -232,7 +232,7 @@ void hil_rules_check_floating(void *device, unsigned port, uint32_t value, uint3
 {
     struct hil_rules_device *dev = device;
     struct hil_whatif_difference difference;
-    if (do_bits_matter(dev, value, bits, &difference))
+    if (have_bits_effect(dev, value, bits, &difference))
         hil_rules_record_violation(dev, HIL_RULE_FLOATING, difference.pc,
                                    "P%c%u is an input, but nothing drives or pulls it",
                                    'A' + (int)port, difference.bit);
@@ -242,14 +242,14 @@ void hil_rules_check_unknown(struct hil_rules_device *dev, const char *pin, uint
                              uint32_t bits)
 {
     struct hil_whatif_difference difference;
-    if (do_bits_matter(dev, value, bits, &difference))
+    if (have_bits_effect(dev, value, bits, &difference))
         hil_rules_record_violation(dev, HIL_RULE_FLOATING, difference.pc,
                                    "%s was received while nothing drove or pulled it", pin);
 }
 
 void hil_rules_reset(struct hil_rules_device *dev)
 {
-    dev->state->last_bus_stop = (struct hil_moment){0};
+    dev->state->last_bus_stop = (struct hil_timestamp){0};
     for (unsigned i = 0; i < HIL_RULES_PIN_COUNT; i++)
         dev->state->pin[i] = (struct hil_rules_edges){
             .is_high = hil_gpio_level(dev->gpio, pin_table[i].port, pin_table[i].pin)};

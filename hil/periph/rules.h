@@ -53,14 +53,14 @@ struct hil_rule_tally {
 struct hil_rules_edges {
     bool is_high;
     /* last edges of the pin; ps 0: none since the reset, or one whose instruction is not known */
-    struct hil_moment rose, fell;
+    struct hil_timestamp last_rise, last_fall;
 };
 
 /* Contains no pointers: a copy is a snapshot. */
 struct hil_rules {
     struct hil_rules_edges pin[HIL_RULES_PIN_COUNT];
     uint64_t unlocated_edge_count; /* edges whose instruction was not found; they are not checked */
-    struct hil_moment last_bus_stop; /* last stop on the thermometer's bus */
+    struct hil_timestamp last_bus_stop; /* last stop on the thermometer's bus */
     struct hil_rule_tally tally[HIL_RULE_COUNT];
 };
 
@@ -92,7 +92,7 @@ bool hil_rules_are_checked(const struct hil_rules_device *dev);
 /* Checks a MINIMUM rule for the time between two moments. A moment with ps 0 is unknown and is not
  * checked. */
 void hil_rules_check_interval(struct hil_rules_device *dev, enum hil_rule rule,
-                              struct hil_moment from, struct hil_moment to);
+                              struct hil_timestamp from, struct hil_timestamp to);
 /* As hil_rules_check_interval, for a time in nanoseconds; `least_ns` 0: the limit in rules.def. */
 void hil_rules_check_time(struct hil_rules_device *dev, enum hil_rule rule, double ns,
                           double least_ns, uint32_t pc);

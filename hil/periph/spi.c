@@ -89,7 +89,7 @@ static void receive_byte(struct hil_spi_device *dev, uint8_t byte)
                   dev->slave.is_driving(dev->slave.context);
     if (spi->sr & SR_RXNE) { /* overrun: the byte in DR stays, and the new one is lost (28.3.10) */
         spi->sr |= SR_OVR;
-        spi->is_dr_read_first = false;
+        spi->is_dr_read = false;
         return;
     }
     if ((spi->cr2 & CR2_RXDMAEN) && hil_dma_items_until_flag(dev->dma, &receive_request)) {
@@ -98,7 +98,7 @@ static void receive_byte(struct hil_spi_device *dev, uint8_t byte)
         return;
     }
     spi->dr = byte;
-    spi->is_dr_floating = !driven && !hil_gpio_is_held(dev->gpio, PORT_B, MISO_PIN);
+    spi->is_dr_floating = !driven && !hil_gpio_has_defined_level(dev->gpio, PORT_B, MISO_PIN);
     spi->sr |= SR_RXNE;
 }
 
@@ -113,8 +113,8 @@ static void begin_byte(struct hil_spi_device *dev, uint64_t at)
 
 /* Returns the time of the first rise of SCK: it is in the middle of a bit, because the chip
  * requires mode 0 or 3. */
-static struct hil_moment get_first_clock_rise(const struct hil_spi_device *dev,
-                                              struct hil_moment begin)
+static struct hil_timestamp get_first_clock_rise(const struct hil_spi_device *dev,
+                                                 struct hil_timestamp begin)
 {
     begin.ps += (uint64_t)(hil_spi_clock_period_ns(dev) / 2.0 * 1e3);
     return begin;
@@ -127,11 +127,11 @@ static void check_byte_begin(struct hil_spi_device *dev)
     const struct hil_rules_edges *select = hil_rules_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
     if (!spi->is_selected || spi->has_byte_begun || !hil_rules_are_checked(dev->rules))
         return;
-    struct hil_moment begin = hil_access_moment(dev->core);
+    struct hil_timestamp begin = hil_access_timestamp(dev->core);
     if (!begin.ps)
         return;
     spi->has_byte_begun = true;
-    hil_rules_check_interval(dev->rules, HIL_RULE_SELECT_TO_CLOCK, select->fell,
+    hil_rules_check_interval(dev->rules, HIL_RULE_SELECT_TO_CLOCK, select->last_fall,
                              get_first_clock_rise(dev, begin));
     hil_rules_check_time(dev->rules, HIL_RULE_CLOCK_SLEW, hil_spi_clock_period_ns(dev),
                          hil_rules_min_period_ns(dev->rules, PORT_B, 13), begin.pc);
@@ -145,9 +145,9 @@ static void check_select_timing(struct hil_spi_device *dev)
     spi->has_byte_begun = spi->is_shifting;
     if (spi->is_shifting)
         hil_rules_check_interval(
-            dev->rules, HIL_RULE_SELECT_TO_CLOCK, select->fell,
-            get_first_clock_rise(
-                dev, hil_moment_at_cycle(dev->core, spi->shift_end_cycle - get_byte_cycles(dev))));
+            dev->rules, HIL_RULE_SELECT_TO_CLOCK, select->last_fall,
+            get_first_clock_rise(dev, hil_timestamp_at_cycle(dev->core, spi->shift_end_cycle -
+                                                                            get_byte_cycles(dev))));
 }
 
 /* Checks the rise of the select line. The rule does not apply before the last clock of a byte: the
@@ -156,10 +156,10 @@ static void check_deselect_timing(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
     const struct hil_rules_edges *select = hil_rules_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
-    struct hil_moment last = hil_moment_at_cycle(dev->core,
-                                                 spi->shift_end_cycle - get_byte_cycles(dev) / 16u);
-    if (spi->has_byte_begun && (!spi->is_shifting || select->rose.ps >= last.ps))
-        hil_rules_check_interval(dev->rules, HIL_RULE_CLOCK_TO_DESELECT, last, select->rose);
+    struct hil_timestamp last =
+        hil_timestamp_at_cycle(dev->core, spi->shift_end_cycle - get_byte_cycles(dev) / 16u);
+    if (spi->has_byte_begun && (!spi->is_shifting || select->last_rise.ps >= last.ps))
+        hil_rules_check_interval(dev->rules, HIL_RULE_CLOCK_TO_DESELECT, last, select->last_rise);
 }
 
 /* Schedules the end of the next byte that has a visible effect, such as a flag of a DMA stream or
@@ -248,14 +248,14 @@ uint32_t hil_spi_read(void *device, unsigned unit, uint32_t offset)
     hil_spi_advance(dev, hil_now_cycle(dev->core));
     uint32_t value = offset == SR ? get_status_flags(spi) : spi->word[offset / 4u];
     if (offset == SR) {
-        if (spi->is_dr_read_first)
+        if (spi->is_dr_read)
             spi->sr &= ~SR_OVR;
-        spi->is_dr_read_first = false;
+        spi->is_dr_read = false;
     } else if (offset == DR) {
         if (spi->is_dr_floating && (spi->sr & SR_RXNE))
             hil_rules_check_unknown(dev->rules, "PB14, SPI2_MISO,", value, 0xffu);
         spi->sr &= ~SR_RXNE;
-        spi->is_dr_read_first = true;
+        spi->is_dr_read = true;
     }
     return value;
 }

@@ -18,7 +18,7 @@ struct hil_spi {
      * byte. */
     HIL_NAMED_WORDS(word, cr1, cr2, sr, dr);
     /* DR was read, the first step of the sequence that clears OVR */
-    bool is_dr_read_first;
+    bool is_dr_read;
     /* the transmit buffer has a byte; the shift register has a byte */
     bool is_buffer_full, is_shifting;
     uint8_t buffered_byte, shifted_byte;

@@ -45,7 +45,7 @@ static uint32_t get_counter_mask(unsigned unit)
 
 static uint64_t get_tick_cycles(const struct hil_tim_device *dev, const struct hil_tim *t)
 {
-    return (uint64_t)hil_rcc_timer_divider(dev->rcc, HIL_RCC_APB1) * (t->psc_in_use + 1ull);
+    return (uint64_t)hil_rcc_timer_divider(dev->rcc, HIL_RCC_APB1) * (t->psc_shadow + 1ull);
 }
 
 static uint32_t get_count(const struct hil_tim_device *dev, const struct hil_tim *t, uint64_t at)
@@ -101,11 +101,11 @@ static void schedule_next_event(struct hil_tim_device *dev, unsigned unit, uint6
     if (t->cr1 & CR1_CEN) {
         uint64_t tick = get_tick_cycles(dev, t);
         uint32_t count = get_count(dev, t, at);
-        uint64_t wrap = count > t->arr_in_use ? (uint64_t)get_counter_mask(unit) + 1u
-                                              : (uint64_t)t->arr_in_use + 1u;
+        uint64_t wrap = count > t->arr_shadow ? (uint64_t)get_counter_mask(unit) + 1u
+                                              : (uint64_t)t->arr_shadow + 1u;
         uint64_t ticks = wrap - t->base_count;
         for (unsigned i = 0; i < 4; i++) {
-            uint32_t match = t->ccr_in_use[i];
+            uint32_t match = t->ccr_shadow[i];
             if (is_output_channel(t, i) && match > count && match < wrap &&
                 match - t->base_count < ticks)
                 ticks = match - t->base_count;
@@ -128,8 +128,8 @@ static bool get_next_reference(const struct hil_tim *t, unsigned channel, uint32
     case 3: return match ? !now : now;
     case 4: return false;
     case 5: return true;
-    case 6: return count < t->ccr_in_use[channel];
-    case 7: return count >= t->ccr_in_use[channel];
+    case 6: return count < t->ccr_shadow[channel];
+    case 7: return count >= t->ccr_shadow[channel];
     default: return now;
     }
 }
@@ -182,11 +182,11 @@ static void refresh_references(struct hil_tim_device *dev, unsigned unit, uint64
 
 static void load_preloads(struct hil_tim *t)
 {
-    t->psc_in_use = t->psc;
-    t->arr_in_use = t->arr;
+    t->psc_shadow = t->psc;
+    t->arr_shadow = t->arr;
     for (unsigned i = 0; i < 4; i++) {
         if (is_output_channel(t, i))
-            t->ccr_in_use[i] = t->ccr[i];
+            t->ccr_shadow[i] = t->ccr[i];
     }
 }
 
@@ -232,7 +232,7 @@ static void capture_edge(struct hil_tim_device *dev, struct hil_tim *t, unsigned
     if (++t->edges_since_capture[channel] < every)
         return;
     t->edges_since_capture[channel] = 0;
-    t->ccr[channel] = t->ccr_in_use[channel] = get_count(dev, t, at);
+    t->ccr[channel] = t->ccr_shadow[channel] = get_count(dev, t, at);
     if (t->sr & SR_CC1IF << channel)
         t->sr |= SR_CC1OF << channel;
     t->sr |= SR_CC1IF << channel;
@@ -258,14 +258,14 @@ static void handle_event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
         bool on_tick = ticks * tick == at - t->base_cycle;
         uint64_t count = t->base_count + ticks;
         if (on_tick && ticks &&
-            (count == (uint64_t)t->arr_in_use + 1u || count > get_counter_mask(unit))) {
+            (count == (uint64_t)t->arr_shadow + 1u || count > get_counter_mask(unit))) {
             update_event(dev, unit, at, false);
             count = 0;
         }
         for (unsigned i = 0; on_tick && i < 4; i++) {
             if (!is_output_channel(t, i))
                 continue;
-            bool match = t->ccr_in_use[i] == count;
+            bool match = t->ccr_shadow[i] == count;
             if (match)
                 t->sr |= 2u << i;
             t->reference_level[i] = get_next_reference(t, i, (uint32_t)count, match);
@@ -336,7 +336,7 @@ void hil_tim_reset(void *device, unsigned unit)
     struct hil_tim *t = &dev->state[unit];
     struct output_levels before = get_output_levels(t);
     *t = (struct hil_tim){.capture_cycle = {HIL_NEVER, HIL_NEVER, HIL_NEVER, HIL_NEVER}};
-    t->arr = t->arr_in_use = get_counter_mask(unit);
+    t->arr = t->arr_shadow = get_counter_mask(unit);
     hil_event_set_cycle(dev->core, event_slots[unit], HIL_NEVER);
     update_irq(dev, unit);
     notify_outputs(dev, unit, before, hil_now_cycle(dev->core));
@@ -392,7 +392,7 @@ static void write_ccr(struct hil_tim_device *dev, unsigned unit, unsigned channe
         return; /* CCR is read-only in capture mode */
     t->ccr[channel] = value & get_counter_mask(unit);
     if (!(get_channel_mode(t, channel) & 8u))
-        t->ccr_in_use[channel] = t->ccr[channel];
+        t->ccr_shadow[channel] = t->ccr[channel];
     refresh_references(dev, unit, hil_now_cycle(dev->core));
 }
 
@@ -405,11 +405,11 @@ static void check_inputs(struct hil_tim_device *dev)
         if (is_output_channel(t, i) || !is_channel_enabled(t, i) ||
             hil_gpio_alternate_function(dev->gpio, pin->port, pin->pin) != 1)
             continue;
-        if (hil_gpio_is_held(dev->gpio, pin->port, pin->pin))
+        if (hil_gpio_has_defined_level(dev->gpio, pin->port, pin->pin))
             hil_rules_record_pass(dev->rules, HIL_RULE_FLOATING);
         else
             hil_rules_record_violation(
-                dev->rules, HIL_RULE_FLOATING, hil_access_moment(dev->core).pc,
+                dev->rules, HIL_RULE_FLOATING, hil_access_timestamp(dev->core).pc,
                 "TIM2 captures edges of %s, but nothing drives or pulls it", pin->name);
     }
 }
@@ -435,7 +435,7 @@ void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     case ARR:
         t->arr = value & get_counter_mask(unit);
         if (!(t->cr1 & CR1_ARPE))
-            t->arr_in_use = t->arr;
+            t->arr_shadow = t->arr;
         break;
     default:
         if (offset >= CCR1) {

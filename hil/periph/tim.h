@@ -30,7 +30,7 @@ struct hil_tim {
     /* registers as last written */
     HIL_NAMED_WORDS(word, cr1, cr2, smcr, dier, sr, egr, ccmr[2], ccer, cnt, psc, arr, rcr, ccr[4]);
     /* values in use; registers with preload take effect at the next update */
-    uint32_t psc_in_use, arr_in_use, ccr_in_use[4];
+    uint32_t psc_shadow, arr_shadow, ccr_shadow[4];
     /* cycle at which the counter was base_count; the counter runs from here while CEN is set */
     uint64_t base_cycle;
     uint32_t base_count;
@@ -70,8 +70,8 @@ uint64_t hil_tim2_capture_delay(const struct hil_tim_device *dev, unsigned chann
  * RTC (TIM11_OR). All other functions are refused. */
 
 struct hil_tim11 {
-    HIL_NAMED_WORDS(word, cr1, at_04, smcr, dier, sr, egr, ccmr1, at_1c, ccer, cnt, psc, arr, at_30,
-                    ccr1, at_38[6], or);
+    HIL_NAMED_WORDS(word, cr1, reserved_04, smcr, dier, sr, egr, ccmr1, reserved_1c, ccer, cnt, psc,
+                    arr, reserved_30, ccr1, reserved_38[6], or);
     uint64_t start_ps;      /* time at which counter and capture were switched on; HIL_NEVER: off */
     uint64_t capture_count; /* captures since start_ps */
 };

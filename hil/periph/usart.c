@@ -61,7 +61,7 @@ static struct hil_dma_request get_receive_request(const struct hil_usart_device 
     return (struct hil_dma_request){1, stream, own->dma_channel, own->data_register, false};
 }
 
-static bool is_pin_connected(const struct hil_usart_device *dev, struct hil_pin_place place)
+static bool is_pin_connected(const struct hil_usart_device *dev, struct hil_pin_location place)
 {
     return hil_gpio_alternate_function(dev->gpio, place.port, place.pin) ==
            dev->options->type->serial_alternate_function;
@@ -386,7 +386,7 @@ void hil_usart_reset(void *device, unsigned unit)
     struct hil_usart *u = dev->state;
     u->sr = SR_TC;
     u->brr = u->cr1 = u->cr2 = u->cr3 = 0;
-    u->sr_was_read = u->is_dr_full = u->is_shifting = false;
+    u->is_sr_read = u->is_dr_full = u->is_shifting = false;
     u->output_count = 0;
     hil_event_set_cycle(dev->core, HIL_EVENT_USART_TX, HIL_NEVER);
     update_irq(dev);
@@ -399,14 +399,14 @@ uint32_t hil_usart_read(void *device, unsigned unit, uint32_t offset)
     (void)unit;
     hil_usart_advance(dev, hil_now_cycle(dev->core));
     if (offset == SR) {
-        u->sr_was_read = true;
+        u->is_sr_read = true;
         return get_status_flags(u);
     }
     if (offset == DR) {
         u->sr &= ~SR_RXNE;
-        if (u->sr_was_read)
+        if (u->is_sr_read)
             u->sr &= ~(SR_IDLE | SR_ORE | SR_NF | SR_FE | SR_PE);
-        u->sr_was_read = false;
+        u->is_sr_read = false;
         update_irq(dev);
     }
     return u->word[offset / 4u];
@@ -422,9 +422,9 @@ void hil_usart_write(void *device, unsigned unit, uint32_t offset, uint32_t valu
     switch (offset) {
     case SR: /* RXNE and TC are cleared by writing 0 */ u->sr &= value | ~(SR_RXNE | SR_TC); break;
     case DR:
-        if (u->sr_was_read)
+        if (u->is_sr_read)
             u->sr &= ~SR_TC;
-        u->sr_was_read = false;
+        u->is_sr_read = false;
         if (is_sending(u)) {
             u->buffered_byte = (uint8_t)value;
             u->is_dr_full = true;

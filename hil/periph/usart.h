@@ -22,7 +22,7 @@
 struct hil_usart {
     /* DR: the received byte; bit 8 is the parity bit */
     HIL_NAMED_WORDS(word, sr, dr, brr, cr1, cr2, cr3);
-    bool sr_was_read; /* SR was read, the first step of the sequences that clear TC, IDLE and ORE */
+    bool is_sr_read; /* SR was read, the first step of the sequences that clear TC, IDLE and ORE */
     /* sending */
     /* DR contains a byte to be sent; the shift register contains one */
     bool is_dr_full, is_shifting;

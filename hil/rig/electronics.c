@@ -81,8 +81,8 @@ static void make_ideal(struct hil_electronics *e, const struct hil_options *opti
         e->step_codes[i] = hil_switch_step_codes(i + 1u);
 }
 
-static void draw_transducers(struct hil_electronics *e, const struct hil_circuit_figures *f,
-                             uint64_t *random)
+static void draw_transducer_tolerances(struct hil_electronics *e,
+                                       const struct hil_circuit_figures *f, uint64_t *random)
 {
     /* this factor is common to all transducers of a board */
     double drive = 1.0 + draw_normal(random, f->transducer_excitation_sd_rel);
@@ -97,12 +97,12 @@ static void draw_transducers(struct hil_electronics *e, const struct hil_circuit
     }
 }
 
-static void draw_gages(struct hil_electronics *e, const struct hil_circuit_figures *f,
-                       uint64_t *random)
+static void draw_gage_tolerances(struct hil_electronics *e, const struct hil_circuit_figures *f,
+                                 uint64_t *random)
 {
     double excitation = (1.0 + draw_normal(random, f->gage_excitation_sd_rel)) * f->gage_v_per_lb /
                         GAGE_V_PER_LB;
-    e->gage_lag_s = 1.0 / (TWO_PI * f->gage_corner_hz);
+    e->gage_tau_s = 1.0 / (TWO_PI * f->gage_corner_hz);
     for (unsigned i = 0; i < HIL_RUN_GAGES; i++) {
         e->gage_gain[i] = excitation * (1.0 + draw_normal(random, f->gage_gain_sd_rel)) *
                           (1.0 + draw_uniform(random, GAGE_FACTOR_REL));
@@ -116,21 +116,21 @@ static void draw_gages(struct hil_electronics *e, const struct hil_circuit_figur
     }
 }
 
-static void draw_sensors(struct hil_electronics *e, const struct hil_circuit_figures *f,
-                         uint64_t *random)
+static void draw_sensor_tolerances(struct hil_electronics *e, const struct hil_circuit_figures *f,
+                                   uint64_t *random)
 {
     e->reference_ratio = 1.0 + draw_uniform(random, f->reference_error_rel);
     e->reference_read_share = 1.0 + draw_normal(random, f->reference_read_sd_rel);
     e->reference_drift_per_k = draw_uniform(random, f->reference_drift_ppm_k * 1e-6);
-    draw_transducers(e, f, random);
-    draw_gages(e, f, random);
+    draw_transducer_tolerances(e, f, random);
+    draw_gage_tolerances(e, f, random);
 }
 
 /* Resistors connect each switch, the supply (for the zero) and ground to one node. The contribution
  * of each is its conductance divided by the sum of all conductances, whichever switches are
  * open. */
-static void draw_staircase(struct hil_electronics *e, const struct hil_circuit_figures *f,
-                           uint64_t *random)
+static void draw_staircase_tolerances(struct hil_electronics *e,
+                                      const struct hil_circuit_figures *f, uint64_t *random)
 {
     double part[HIL_RUN_SWITCHES], rest = CODE_COUNT - STAIRCASE_ZERO_CODES, all = 0.0;
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
@@ -147,8 +147,8 @@ static void draw_staircase(struct hil_electronics *e, const struct hil_circuit_f
     e->staircase_tau_s = f->staircase_settle_us * 1e-6;
 }
 
-static void draw_outputs(struct hil_electronics *e, const struct hil_circuit_figures *f,
-                         uint64_t *random)
+static void draw_output_tolerances(struct hil_electronics *e, const struct hil_circuit_figures *f,
+                                   uint64_t *random)
 {
     double width_us = f->one_shot_min_us +
                       mr_splitmix64_uniform(random) * (f->one_shot_max_us - f->one_shot_min_us);
@@ -165,8 +165,8 @@ static void draw_outputs(struct hil_electronics *e, const struct hil_circuit_fig
     e->relay_bounce_ps = convert_us_to_ps(1e3 * f->relay_bounce_ms * mr_splitmix64_uniform(random));
 }
 
-static void draw_converters(struct hil_adc_errors *adc, const struct hil_circuit_figures *f,
-                            uint64_t *random)
+static void draw_converter_errors(struct hil_adc_errors *adc, const struct hil_circuit_figures *f,
+                                  uint64_t *random)
 {
     for (unsigned unit = 0; unit < 2; unit++) {
         double u = mr_splitmix64_uniform(random);
@@ -183,7 +183,7 @@ static void set_channel_sources(struct hil_adc_errors *adc, const struct hil_cir
 {
     const struct {
         unsigned count;
-        double noise_lsb, kick_rel, ohm;
+        double noise_lsb, kickback_share, ohm;
     } kinds[] = {
         {HIL_RUN_TRANSDUCERS, hypot(f->adc_noise_lsb, f->transducer_noise_lsb),
          f->transducer_kick_rel, f->transducer_source_ohm},
@@ -195,7 +195,7 @@ static void set_channel_sources(struct hil_adc_errors *adc, const struct hil_cir
     for (unsigned kind = 0, channel = 0; kind < sizeof kinds / sizeof kinds[0]; kind++) {
         for (unsigned i = 0; i < kinds[kind].count; i++, channel++) {
             adc->noise_ratio[channel] = kinds[kind].noise_lsb / HIL_ADC_NOISE_LSB;
-            adc->kickback_rel[channel] = kinds[kind].kick_rel;
+            adc->kickback_share[channel] = kinds[kind].kickback_share;
             adc->source_ohm[channel] = kinds[kind].ohm;
         }
     }
@@ -212,11 +212,11 @@ void hil_electronics_set_up(struct hil_electronics *electronics, const struct hi
     set_channel_sources(&electronics->adc_errors, f);
     if (!options->has_random_tolerances)
         return;
-    electronics->is_drawn = true;
-    draw_sensors(electronics, f, &random);
-    draw_staircase(electronics, f, &random);
-    draw_outputs(electronics, f, &random);
-    draw_converters(&electronics->adc_errors, f, &random);
+    electronics->has_drawn_tolerances = true;
+    draw_sensor_tolerances(electronics, f, &random);
+    draw_staircase_tolerances(electronics, f, &random);
+    draw_output_tolerances(electronics, f, &random);
+    draw_converter_errors(&electronics->adc_errors, f, &random);
 }
 
 void hil_electronics_chip_uid(uint64_t seed, uint32_t uid[3])

@@ -47,7 +47,7 @@ struct hil_electronics {
     double gage_zero_lb[HIL_RUN_GAGES];      /* zero after the balance trim, at 20 C */
     double gage_drift_lb_k[HIL_RUN_GAGES];
     double gage_shunt_ratio[HIL_RUN_GAGES]; /* ratio to HIL_RIG_SHUNT_LB */
-    double gage_lag_s;                      /* time constant of the anti-aliasing filter */
+    double gage_tau_s;                      /* time constant of the anti-aliasing filter */
     double staircase_zero_ratio;            /* ratio to the nominal 0.050 V */
     double step_codes[HIL_RUN_SWITCHES];
     double staircase_tau_s;
@@ -56,7 +56,7 @@ struct hil_electronics {
     bool is_lamp_detected;
     /* delays from a pin change to the lamp's read-back and to the contacts of the shunt relay */
     uint64_t lamp_sense_ps, relay_operate_ps, relay_release_ps, relay_bounce_ps;
-    bool is_drawn; /* false: only the source resistances in `adc_errors` are valid */
+    bool has_drawn_tolerances; /* false: only the source resistances in `adc_errors` are valid */
     struct hil_adc_errors adc_errors;
 };
 

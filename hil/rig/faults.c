@@ -62,15 +62,15 @@ static uint32_t draw_number_below(void *device, uint32_t bound)
     return (uint32_t)((mr_splitmix64(&dev->state->random_state) >> 32) * bound >> 32);
 }
 
-static void schedule_held_bytes(struct hil_lines_device *dev)
+static void schedule_delayed_bytes(struct hil_lines_device *dev)
 {
     struct hil_lines *lines = dev->state;
-    uint64_t next = lines->held_bytes_due_ps;
-    for (unsigned i = 0; i < lines->held_frame_count; i++) {
-        if (lines->held_frame_due_ps[i] < next)
-            next = lines->held_frame_due_ps[i];
+    uint64_t next = lines->delayed_bytes_due_ps;
+    for (unsigned i = 0; i < lines->delayed_frame_count; i++) {
+        if (lines->delayed_frame_due_ps[i] < next)
+            next = lines->delayed_frame_due_ps[i];
     }
-    hil_event_set_ps(dev->core, HIL_EVENT_HELD_OUTPUT, next);
+    hil_event_set_ps(dev->core, HIL_EVENT_DELAYED_OUTPUT, next);
 }
 
 static bool apply_line_fault(void *device, enum hil_line line, enum hil_line_fault kind,
@@ -107,16 +107,17 @@ static void can_out(void *device, uint64_t t_ps, const struct hil_can_frame *fra
 {
     struct hil_lines_device *dev = device;
     struct hil_lines *lines = dev->state;
-    hil_call(&dev->on_frame_sent);
+    hil_callback_invoke(&dev->on_frame_sent);
     if (dev->pin_callbacks.on_can_frame)
         dev->pin_callbacks.on_can_frame(dev->pin_callbacks.context, t_ps, frame);
     if (apply_line_fault(dev, HIL_CAN_OUT, HIL_LINE_DROP, "frame", frame->id))
         return;
-    if (lines->held_frame_count < HIL_FAULT_HELD_FRAMES_MAX &&
+    if (lines->delayed_frame_count < HIL_FAULT_DELAYED_FRAMES_MAX &&
         apply_line_fault(dev, HIL_CAN_OUT, HIL_LINE_DELAY, "frame", frame->id)) {
-        memcpy(lines->held_frame[lines->held_frame_count], frame, sizeof *frame);
-        lines->held_frame_due_ps[lines->held_frame_count++] = t_ps + delay_ps(dev, HIL_CAN_OUT);
-        schedule_held_bytes(dev);
+        memcpy(lines->delayed_frame[lines->delayed_frame_count], frame, sizeof *frame);
+        lines->delayed_frame_due_ps[lines->delayed_frame_count++] = t_ps +
+                                                                    delay_ps(dev, HIL_CAN_OUT);
+        schedule_delayed_bytes(dev);
         return;
     }
     deliver_frame(dev, t_ps, frame);
@@ -133,24 +134,24 @@ static void send_bytes(struct hil_lines_device *dev, uint64_t t_ps, const uint8_
 static void release_bytes(struct hil_lines_device *dev, uint64_t t_ps)
 {
     struct hil_lines *lines = dev->state;
-    send_bytes(dev, t_ps, lines->held_bytes, lines->held_byte_count);
-    lines->held_bytes_due_ps = HIL_NEVER;
-    lines->held_byte_count = 0;
+    send_bytes(dev, t_ps, lines->delayed_bytes, lines->delayed_byte_count);
+    lines->delayed_bytes_due_ps = HIL_NEVER;
+    lines->delayed_byte_count = 0;
 }
 
 static void deliver_bytes(struct hil_lines_device *dev, uint64_t t_ps, const uint8_t *bytes,
                           size_t n)
 {
     struct hil_lines *lines = dev->state;
-    if (lines->held_byte_count + n > HIL_FAULT_HELD_BYTES_MAX)
+    if (lines->delayed_byte_count + n > HIL_FAULT_DELAYED_BYTES_MAX)
         release_bytes(dev, t_ps);
-    if (lines->held_bytes_due_ps == HIL_NEVER) {
+    if (lines->delayed_bytes_due_ps == HIL_NEVER) {
         send_bytes(dev, t_ps, bytes, n);
         return;
     }
     /* append after the bytes that are already delayed */
-    memcpy(lines->held_bytes + lines->held_byte_count, bytes, n);
-    lines->held_byte_count += (uint32_t)n;
+    memcpy(lines->delayed_bytes + lines->delayed_byte_count, bytes, n);
+    lines->delayed_byte_count += (uint32_t)n;
 }
 
 static void serial_out(void *device, uint64_t t_ps, uint8_t *bytes, size_t n)
@@ -169,12 +170,12 @@ static void serial_out(void *device, uint64_t t_ps, uint8_t *bytes, size_t n)
             from = i + 1;
             continue;
         }
-        if (lines->held_bytes_due_ps == HIL_NEVER &&
+        if (lines->delayed_bytes_due_ps == HIL_NEVER &&
             apply_line_fault(dev, HIL_SERIAL_OUT, HIL_LINE_DELAY, "byte", bytes[i])) {
             deliver_bytes(dev, t_ps, bytes + from, i - from);
             from = i;
-            lines->held_bytes_due_ps = t_ps + delay_ps(dev, HIL_SERIAL_OUT);
-            schedule_held_bytes(dev);
+            lines->delayed_bytes_due_ps = t_ps + delay_ps(dev, HIL_SERIAL_OUT);
+            schedule_delayed_bytes(dev);
         }
         if (apply_line_fault(dev, HIL_SERIAL_OUT, HIL_LINE_CORRUPT, "byte", bytes[i]))
             bytes[i] = (uint8_t)(bytes[i] ^ 1u << draw_number_below(dev, 8));
@@ -186,28 +187,28 @@ static void serial_out(void *device, uint64_t t_ps, uint8_t *bytes, size_t n)
     deliver_bytes(dev, t_ps, bytes + from, n - from);
 }
 
-static void on_held_output_due(void *device, uint64_t at)
+static void on_delayed_output_due(void *device, uint64_t at)
 {
     struct hil_lines_device *dev = device;
     struct hil_lines *lines = dev->state;
     uint64_t now_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at);
-    for (unsigned i = 0; i < lines->held_frame_count;) {
-        if (lines->held_frame_due_ps[i] > now_ps) {
+    for (unsigned i = 0; i < lines->delayed_frame_count;) {
+        if (lines->delayed_frame_due_ps[i] > now_ps) {
             i++;
             continue;
         }
         struct hil_can_frame frame;
-        memcpy(&frame, lines->held_frame[i], sizeof frame);
-        lines->held_frame_count--;
-        memmove(&lines->held_frame_due_ps[i], &lines->held_frame_due_ps[i + 1],
-                (lines->held_frame_count - i) * sizeof lines->held_frame_due_ps[0]);
-        memmove(&lines->held_frame[i], &lines->held_frame[i + 1],
-                (lines->held_frame_count - i) * sizeof lines->held_frame[0]);
+        memcpy(&frame, lines->delayed_frame[i], sizeof frame);
+        lines->delayed_frame_count--;
+        memmove(&lines->delayed_frame_due_ps[i], &lines->delayed_frame_due_ps[i + 1],
+                (lines->delayed_frame_count - i) * sizeof lines->delayed_frame_due_ps[0]);
+        memmove(&lines->delayed_frame[i], &lines->delayed_frame[i + 1],
+                (lines->delayed_frame_count - i) * sizeof lines->delayed_frame[0]);
         deliver_frame(dev, now_ps, &frame);
     }
-    if (lines->held_bytes_due_ps <= now_ps)
+    if (lines->delayed_bytes_due_ps <= now_ps)
         release_bytes(dev, now_ps);
-    schedule_held_bytes(dev);
+    schedule_delayed_bytes(dev);
 }
 
 static void seed_lines(struct hil_lines_device *dev, uint64_t seed)
@@ -218,8 +219,8 @@ static void seed_lines(struct hil_lines_device *dev, uint64_t seed)
 void hil_lines_init(struct hil_lines_device *dev, uint64_t seed)
 {
     seed_lines(dev, seed);
-    dev->state->held_bytes_due_ps = HIL_NEVER;
-    hil_event_connect(dev->core, HIL_EVENT_HELD_OUTPUT, on_held_output_due, dev);
+    dev->state->delayed_bytes_due_ps = HIL_NEVER;
+    hil_event_connect(dev->core, HIL_EVENT_DELAYED_OUTPUT, on_delayed_output_due, dev);
 }
 
 struct hil_line_calls hil_lines_calls(struct hil_lines_device *dev)
@@ -246,7 +247,7 @@ void hil_supply_cut(struct hil_supply_device *dev)
     hil_core_request_check(core);
 }
 
-static void remove_supply_for(struct hil_supply_device *dev, uint64_t duration_ps)
+static void cut_supply_for(struct hil_supply_device *dev, uint64_t duration_ps)
 {
     hil_supply_cut(dev);
     dev->core->reset.end_ps = hil_now_ps(dev->core) + duration_ps;
@@ -269,7 +270,7 @@ static void dip_supply(struct hil_supply_device *dev, double volts, uint64_t dur
                             : volts >= 2.1 ? 22e6
                                            : 20e6;
     if (volts < POWER_DOWN_RESET_V) {
-        remove_supply_for(dev, duration_ps);
+        cut_supply_for(dev, duration_ps);
     } else if (volts < get_brown_out_volts(dev)) {
         hil_core_request_reset(dev->core, CSR_BROWN_OUT);
         dev->core->reset.end_ps = hil_now_ps(dev->core) + duration_ps;
@@ -283,7 +284,7 @@ static void dip_supply(struct hil_supply_device *dev, double volts, uint64_t dur
     }
 }
 
-static void on_return(void *device, uint64_t at)
+static void on_supply_return(void *device, uint64_t at)
 {
     struct hil_supply_device *dev = device;
     (void)at;
@@ -303,7 +304,7 @@ void hil_supply_hold_reset(struct hil_supply_device *dev)
 
 void hil_supply_create(struct hil_supply_device *dev)
 {
-    hil_event_connect(dev->core, HIL_EVENT_POWER, on_return, dev);
+    hil_event_connect(dev->core, HIL_EVENT_POWER, on_supply_return, dev);
 }
 
 /* ---- faults ---- */
@@ -352,7 +353,7 @@ static void schedule_waiting_faults(struct hil_faults_device *dev, enum hil_faul
     bool any = false;
     for (unsigned i = 0; i < faults->count; i++) {
         const struct hil_fault *fault = &faults->fault[i];
-        if (fault->trigger != trigger || fault->event_number != n || faults->is_over[i])
+        if (fault->trigger != trigger || fault->event_number != n || faults->is_finished[i])
             continue;
         faults->due_ps[i] = hil_now_ps(dev->core) + fault->delay_ps;
         any = true;
@@ -396,7 +397,7 @@ static void fail_nor(struct hil_nor_fault_requests *nor, const struct hil_fault 
     switch ((enum hil_nor_fault)fault->choice) {
     case HIL_NOR_FILL: nor->is_fill_requested = true; break;
     case HIL_NOR_DEAD: nor->is_dead = true; break;
-    case HIL_NOR_MEND: *nor = (struct hil_nor_fault_requests){0}; break;
+    case HIL_NOR_REPAIR: *nor = (struct hil_nor_fault_requests){0}; break;
     case HIL_NOR_STUCK: nor->is_always_busy = true; break;
     case HIL_NOR_FAIL_PROGRAM: nor->failing_program_count = fault->count; break;
     case HIL_NOR_FAIL_ERASE: nor->failing_erase_count = fault->count; break;
@@ -412,7 +413,7 @@ static void fail_thermometer(struct hil_tmp112 *chip, const struct hil_fault *fa
     case HIL_THERMOMETER_HANG: chip->bus_faults.clocks_until_release = 9; break;
     case HIL_THERMOMETER_BERR: chip->bus_faults.has_false_error = true; break;
     case HIL_THERMOMETER_STRETCH: chip->bus_faults.stretch_ps = fault->duration_ps; break;
-    case HIL_THERMOMETER_MEND:
+    case HIL_THERMOMETER_REPAIR:
         chip->is_dead = chip->bus_faults.is_sda_stuck = false;
         chip->bus_faults.clocks_until_release = 0;
         break;
@@ -423,7 +424,7 @@ static void apply_fault(struct hil_faults_device *dev, const struct hil_fault *f
 {
     fault_report(dev->core, dev->options->fault_log, f->file_line, "%s", f->action_text);
     switch (f->action) {
-    case HIL_FAULT_POWER_CUT: remove_supply_for(dev->supply, f->duration_ps); break;
+    case HIL_FAULT_POWER_CUT: cut_supply_for(dev->supply, f->duration_ps); break;
     case HIL_FAULT_BROWN_OUT: dip_supply(dev->supply, f->volts, f->duration_ps); break;
     case HIL_FAULT_CRYSTAL: hil_rcc_set_crystal(dev->rcc, f->choice); break;
     case HIL_FAULT_BIT_FLIP: flip_bit(dev, f); break;
@@ -464,7 +465,7 @@ static void on_due(void *device, uint64_t at)
         if (faults->due_ps[i] > now_ps)
             continue;
         faults->due_ps[i] = HIL_NEVER;
-        faults->is_over[i] = true;
+        faults->is_finished[i] = true;
         apply_fault(dev, &faults->fault[i]);
     }
     schedule(dev);
@@ -539,7 +540,7 @@ void hil_faults_report_pending(const struct hil_faults_device *dev)
 {
     const struct hil_faults *faults = dev->state;
     for (unsigned i = 0; i < faults->count && dev->options->fault_log; i++) {
-        if (!faults->is_over[i])
+        if (!faults->is_finished[i])
             fprintf(dev->options->fault_log,
                     "fault of line %u did not happen: the run ended earlier\n",
                     faults->fault[i].file_line);
@@ -641,7 +642,7 @@ static const struct action {
 #define ACTION_COUNT (sizeof actions / sizeof actions[0])
 
 struct reader {
-    struct hil_file_place place; /* line: number of the current line */
+    struct hil_file_context place; /* line: number of the current line */
     const char *elf;
     char *word[WORDS_MAX];
     unsigned word_count, next_word;
@@ -698,7 +699,7 @@ static bool match_number(struct reader *r, const struct number_slot *slot, struc
     if (slot->kind == ADDRESS)
         return match_address(r, text, (uint32_t *)(void *)at);
     bool all = strcmp(slot->name, "COUNT") == 0 && strcmp(text, "all") == 0;
-    double value = all ? slot->low : mr_decimal_read(text, &end);
+    double value = all ? slot->low : mr_decimal_parse(text, &end);
     if (!all && (end == text || *end || !(value >= slot->low && value <= slot->high)))
         return false;
     if (slot->kind != REAL && slot->kind != PS && value != floor(value))

@@ -30,10 +30,10 @@ struct hil_w25q_device;
 /* ---- the two links, from the board's pins to the host's end, and their faults ---- */
 
 /* maximum number of delayed frames; further frames are not delayed */
-#define HIL_FAULT_HELD_FRAMES_MAX 16u
+#define HIL_FAULT_DELAYED_FRAMES_MAX 16u
 /* maximum number of delayed bytes; further bytes are not delayed */
-#define HIL_FAULT_HELD_BYTES_MAX  16384u
-#define HIL_FAULT_NO_LIMIT        UINT32_MAX
+#define HIL_FAULT_DELAYED_BYTES_MAX  16384u
+#define HIL_FAULT_NO_LIMIT           UINT32_MAX
 
 struct hil_callbacks {
     void *context;
@@ -54,12 +54,12 @@ struct hil_line_effect {
 struct hil_lines {
     uint64_t random_state;
     struct hil_line_effect effect[HIL_LINE_COUNT][HIL_LINE_FAULT_COUNT];
-    uint32_t held_frame_count; /* delayed CAN frames to the host */
-    uint64_t held_frame_due_ps[HIL_FAULT_HELD_FRAMES_MAX];
-    uint8_t held_frame[HIL_FAULT_HELD_FRAMES_MAX][24];
-    uint32_t held_byte_count; /* delayed serial bytes to the host */
-    uint64_t held_bytes_due_ps;
-    uint8_t held_bytes[HIL_FAULT_HELD_BYTES_MAX];
+    uint32_t delayed_frame_count; /* delayed CAN frames to the host */
+    uint64_t delayed_frame_due_ps[HIL_FAULT_DELAYED_FRAMES_MAX];
+    uint8_t delayed_frame[HIL_FAULT_DELAYED_FRAMES_MAX][24];
+    uint32_t delayed_byte_count; /* delayed serial bytes to the host */
+    uint64_t delayed_bytes_due_ps;
+    uint8_t delayed_bytes[HIL_FAULT_DELAYED_BYTES_MAX];
 };
 
 struct hil_lines_device {
@@ -69,7 +69,7 @@ struct hil_lines_device {
     struct hil_callbacks callbacks; /* called for output that reaches the host */
     /* called for output at the board's pins, before the faults of the links */
     struct hil_callbacks pin_callbacks;
-    struct hil_call on_frame_sent; /* called when a CAN frame has left the board */
+    struct hil_callback on_frame_sent; /* called when a CAN frame has left the board */
 };
 
 /* Initialises the links without faults. `seed`: for probabilities and corrupted bits. */
@@ -139,7 +139,7 @@ enum hil_fault_action {
 enum hil_nor_fault {
     HIL_NOR_FILL,
     HIL_NOR_DEAD,
-    HIL_NOR_MEND,
+    HIL_NOR_REPAIR,
     HIL_NOR_STUCK,
     HIL_NOR_FAIL_PROGRAM,
     HIL_NOR_FAIL_ERASE,
@@ -149,7 +149,7 @@ enum hil_thermometer_fault {
     HIL_THERMOMETER_DEAD,
     HIL_THERMOMETER_STUCK,
     HIL_THERMOMETER_HANG,
-    HIL_THERMOMETER_MEND,
+    HIL_THERMOMETER_REPAIR,
     HIL_THERMOMETER_BERR,
     HIL_THERMOMETER_STRETCH,
 };
@@ -194,7 +194,7 @@ struct hil_faults {
     struct hil_fault fault[HIL_FAULTS_MAX];
     /* time at which each fault is due; HIL_NEVER: it waits for its trigger, or is over */
     uint64_t due_ps[HIL_FAULTS_MAX];
-    bool is_over[HIL_FAULTS_MAX];
+    bool is_finished[HIL_FAULTS_MAX];
     uint64_t flash_operation_count, nor_operation_count;
 };
 

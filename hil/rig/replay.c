@@ -28,7 +28,7 @@
 static uint64_t get_tick_cycles(const struct hil_replay_device *dev)
 {
     return (uint64_t)hil_rcc_timer_divider(dev->rcc, HIL_RCC_APB1) *
-           (dev->tim->state[HIL_TIM2].psc_in_use + 1u);
+           (dev->tim->state[HIL_TIM2].psc_shadow + 1u);
 }
 
 static uint64_t get_cycle_at_tick(const struct hil_replay_device *dev, uint64_t tick)
@@ -122,7 +122,7 @@ static void send_block_commands(struct hil_replay_device *dev)
     state->next_command = end;
 }
 
-static void move_edge_pin(struct hil_replay_device *dev, uint64_t at)
+static void toggle_edge_pin(struct hil_replay_device *dev, uint64_t at)
 {
     struct hil_replay_state *state = dev->state;
     if (state->is_edge_pulse_high) {
@@ -135,7 +135,7 @@ static void move_edge_pin(struct hil_replay_device *dev, uint64_t at)
     hil_gpio_drive(dev->gpio, 0, 15, state->is_edge_pulse_high, at);
 }
 
-static void move_train(struct hil_replay_device *dev, unsigned i, uint64_t at)
+static void toggle_train_pin(struct hil_replay_device *dev, unsigned i, uint64_t at)
 {
     const struct hil_capture_pin *pin = &hil_capture_pins[HIL_REPLAY_FIRST_CAPTURE_CHANNEL + i];
     struct hil_pulse_train_state *state = &dev->state->train[i];
@@ -151,10 +151,10 @@ static void on_event(void *device, uint64_t at)
         state->reset_count != dev->core->state.counters.resets)
         return; /* not started here: after a reset, the record begins again with the first scan */
     if (get_edge_pin_cycle(dev) <= at)
-        move_edge_pin(dev, at);
+        toggle_edge_pin(dev, at);
     for (unsigned i = 0; i < HIL_REPLAY_TRAINS; i++) {
         if (get_train_cycle(dev, i) <= at)
-            move_train(dev, i, at);
+            toggle_train_pin(dev, i, at);
     }
     if (state->next_command < dev->replay->command_count &&
         get_cycle_at_tick(dev, get_command_tick(dev->replay, state->next_command)) <= at)
@@ -246,7 +246,7 @@ static enum mr_status read_block(struct hil_text_file *r, struct hil_replay *rep
     for (int n = 0; bytes < sizeof record && sscanf(text, "%2x%n", &byte, &n) == 1 && n == 2;
          text += 2)
         record[bytes++] = (uint8_t)byte;
-    if (*text || mr_block_get(&block, record, bytes) != MR_OK)
+    if (*text || mr_block_decode(&block, record, bytes) != MR_OK)
         return refuse_file(r, "not a block record of this layout");
     if (replay->block_count) {
         const struct mr_block *last = &replay->blocks[replay->block_count - 1];

@@ -47,8 +47,8 @@ static void schedule(struct hil_rig_device *dev)
         if (rig->contact[i].bounces_left && rig->contact[i].next_move_ps < next)
             next = rig->contact[i].next_move_ps;
     }
-    if (rig->shunt_next_ps < next)
-        next = rig->shunt_next_ps;
+    if (rig->next_shunt_move_ps < next)
+        next = rig->next_shunt_move_ps;
     for (unsigned i = 0; dev->run && i < HIL_RUN_TRAINS; i++) {
         if (get_next_pulse_edge_ps(dev, i) < next)
             next = get_next_pulse_edge_ps(dev, i);
@@ -59,7 +59,7 @@ static void schedule(struct hil_rig_device *dev)
 void hil_rig_start(struct hil_rig_device *dev)
 {
     struct hil_rig *rig = dev->state;
-    *rig = (struct hil_rig){.one_shot_end_ps = HIL_NEVER, .shunt_next_ps = HIL_NEVER};
+    *rig = (struct hil_rig){.one_shot_end_ps = HIL_NEVER, .next_shunt_move_ps = HIL_NEVER};
     for (unsigned i = 0; dev->run && i < HIL_RUN_SWITCHES; i++) {
         uint64_t t_ps = dev->run->switch_open_ps[i];
         rig->contact[i].next_move_ps = HIL_NEVER;
@@ -105,7 +105,7 @@ static void move_contact(struct hil_rig_device *dev, unsigned i, bool open, uint
     hil_gpio_drive(dev->gpio, 0, 15, true, at);
 }
 
-static void move_bounce(struct hil_rig_device *dev, unsigned i, uint64_t at)
+static void continue_bounce(struct hil_rig_device *dev, unsigned i, uint64_t at)
 {
     struct hil_contact *contact = &dev->state->contact[i];
     uint64_t t_ps = contact->next_move_ps;
@@ -117,7 +117,7 @@ static void move_bounce(struct hil_rig_device *dev, unsigned i, uint64_t at)
                                                   : HIL_NEVER;
 }
 
-static void move_train(struct hil_rig_device *dev, unsigned i, uint64_t at)
+static void toggle_train_pin(struct hil_rig_device *dev, unsigned i, uint64_t at)
 {
     const struct hil_capture_pin *pin = &hil_capture_pins[HIL_RUN_FIRST_CAPTURE_CHANNEL + i];
     struct hil_pulse_train_state *state = &dev->state->train[i];
@@ -142,7 +142,8 @@ static void move_relay_contact(struct hil_rig_device *dev, uint64_t at)
     uint64_t apart_ps = dev->electronics->relay_bounce_ps / (2u * RELAY_BOUNCES);
     rig->shunt_moves_left--;
     connect_shunts(dev, rig->is_shunt_requested != rig->shunt_moves_left % 2u, at);
-    rig->shunt_next_ps = rig->shunt_moves_left ? rig->shunt_next_ps + apart_ps : HIL_NEVER;
+    rig->next_shunt_move_ps = rig->shunt_moves_left ? rig->next_shunt_move_ps + apart_ps
+                                                    : HIL_NEVER;
 }
 
 static void on_event(void *device, uint64_t at)
@@ -154,15 +155,15 @@ static void on_event(void *device, uint64_t at)
         rig->one_shot_end_ps = HIL_NEVER;
         hil_gpio_drive(dev->gpio, 0, 15, false, at);
     }
-    while (rig->shunt_next_ps <= now_ps)
+    while (rig->next_shunt_move_ps <= now_ps)
         move_relay_contact(dev, at);
     for (unsigned i = 0; dev->run && i < HIL_RUN_TRAINS; i++) {
         if (get_next_pulse_edge_ps(dev, i) <= now_ps)
-            move_train(dev, i, at);
+            toggle_train_pin(dev, i, at);
     }
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
         while (rig->contact[i].bounces_left && rig->contact[i].next_move_ps <= now_ps)
-            move_bounce(dev, i, at);
+            continue_bounce(dev, i, at);
     }
     while (dev->run && rig->opened_count < rig->opening_count &&
            dev->run->switch_open_ps[rig->opening_order[rig->opened_count]] <= now_ps) {
@@ -178,7 +179,7 @@ static void on_event(void *device, uint64_t at)
     schedule(dev);
 }
 
-static bool is_pin_high(const struct hil_rig_device *dev, struct hil_pin_place place)
+static bool is_pin_high(const struct hil_rig_device *dev, struct hil_pin_location place)
 {
     return hil_gpio_level(dev->gpio, place.port, place.pin);
 }
@@ -219,26 +220,26 @@ static double compute_remaining_share(struct hil_rig_device *dev, uint64_t cycle
 static double compute_excitation_amplitude(struct hil_rig_device *dev, uint64_t at)
 {
     const struct hil_rig *rig = dev->state;
-    double taus = (double)(at - rig->excitation_since_cycle) / dev->core->state.clock.hclk_hz /
+    double taus = (double)(at - rig->excitation_changed_cycle) / dev->core->state.clock.hclk_hz /
                   dev->electronics->transducer_tau_s;
-    if (at < rig->excitation_since_cycle || taus > SETTLED_AFTER_TAUS)
+    if (at < rig->excitation_changed_cycle || taus > SETTLED_AFTER_TAUS)
         return rig->excitation;
     return rig->excitation +
            (rig->excitation_start_amplitude - rig->excitation) *
-               compute_remaining_share(dev, at - rig->excitation_since_cycle, taus);
+               compute_remaining_share(dev, at - rig->excitation_changed_cycle, taus);
 }
 
 void hil_rig_count_excitation(struct hil_rig_device *dev, uint64_t at)
 {
     struct hil_rig *rig = dev->state;
     uint64_t now_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at);
-    if (now_ps <= rig->excitation_since_ps)
+    if (now_ps <= rig->excitation_changed_ps)
         return;
     if (rig->excitation > 0)
-        dev->core->state.counters.excitation_plus_ps += now_ps - rig->excitation_since_ps;
+        dev->core->state.counters.excitation_plus_ps += now_ps - rig->excitation_changed_ps;
     else if (rig->excitation < 0)
-        dev->core->state.counters.excitation_minus_ps += now_ps - rig->excitation_since_ps;
-    rig->excitation_since_ps = now_ps;
+        dev->core->state.counters.excitation_minus_ps += now_ps - rig->excitation_changed_ps;
+    rig->excitation_changed_ps = now_ps;
 }
 
 void hil_rig_set_excitation(struct hil_rig_device *dev, bool pd12, bool pd13, uint64_t at)
@@ -251,8 +252,8 @@ void hil_rig_set_excitation(struct hil_rig_device *dev, bool pd12, bool pd13, ui
     hil_rig_count_excitation(dev, at);
     rig->excitation_start_amplitude = compute_excitation_amplitude(dev, at);
     rig->excitation = wanted;
-    rig->excitation_since_cycle = at;
-    rig->excitation_since_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at);
+    rig->excitation_changed_cycle = at;
+    rig->excitation_changed_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at);
 }
 
 /* Handles a new level of PE1. */
@@ -263,11 +264,11 @@ static void start_shunt_relay(struct hil_rig_device *dev, bool on, uint64_t at)
     if (on == rig->is_shunt_requested)
         return;
     rig->is_shunt_requested = on;
-    rig->shunt_next_ps = HIL_NEVER;
+    rig->next_shunt_move_ps = HIL_NEVER;
     uint64_t delay_ps = on ? e->relay_operate_ps : e->relay_release_ps;
     if (delay_ps) {
         rig->shunt_moves_left = on && e->relay_bounce_ps ? 2u * RELAY_BOUNCES + 1u : 1u;
-        rig->shunt_next_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at) + delay_ps;
+        rig->next_shunt_move_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at) + delay_ps;
         schedule(dev);
     } else {
         connect_shunts(dev, on, at);
@@ -347,7 +348,7 @@ static double get_sensor_input(const struct hil_rig_device *dev, unsigned channe
     if (channel == CHANNEL_REFERENCE || !dev->run)
         return 0.0;
     return hil_run_true_value(dev->run, channel,
-                              is_gage_channel(channel) ? t_s - dev->electronics->gage_lag_s : t_s);
+                              is_gage_channel(channel) ? t_s - dev->electronics->gage_tau_s : t_s);
 }
 
 /* As get_sensor_input, at a time. Without a run nothing moves, so the time need not be computed,
@@ -369,7 +370,7 @@ void hil_rig_set_channel_fault(struct hil_rig_device *dev, unsigned channel,
 }
 
 /* True if an on-board sensor chip is selected and drives this channel's pin. */
-static bool is_held_by_sensor(const struct hil_rig_device *dev, unsigned channel)
+static bool is_grounded_by_sensor(const struct hil_rig_device *dev, unsigned channel)
 {
     const struct hil_board_type *type = dev->type;
     return type->sensor_select_pin.port != HIL_NO_PORT &&
@@ -381,7 +382,7 @@ static bool is_held_by_sensor(const struct hil_rig_device *dev, unsigned channel
 double hil_rig_channel_volts(void *device, int channel, uint64_t at)
 {
     struct hil_rig_device *dev = device;
-    if (channel < 0 || is_held_by_sensor(dev, (unsigned)channel))
+    if (channel < 0 || is_grounded_by_sensor(dev, (unsigned)channel))
         return 0.0;
     enum hil_channel_fault fault = (enum hil_channel_fault)dev->state->channel_fault[channel];
     if (fault > HIL_CHANNEL_STUCK)
@@ -427,7 +428,7 @@ static void update_lamp(void *device, uint64_t at)
     if (on == dev->state->is_lamp_on)
         return;
     dev->state->is_lamp_on = on;
-    dev->state->lamp_since_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at);
+    dev->state->lamp_changed_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at);
 }
 
 void hil_rig_set_lamp_fault(struct hil_rig_device *dev, enum hil_lamp_fault lamp)
@@ -446,7 +447,7 @@ static bool get_lamp_sense(const void *device, unsigned channel, bool *drives)
     (void)channel;
     *drives = !dev->has_no_rig;
     if (on == dev->state->is_lamp_on &&
-        hil_now_ps(dev->core) < dev->state->lamp_since_ps + e->lamp_sense_ps)
+        hil_now_ps(dev->core) < dev->state->lamp_changed_ps + e->lamp_sense_ps)
         on = !on; /* the delay has not passed yet, so the old level applies */
     return !(on && e->is_lamp_detected);
 }
@@ -462,10 +463,10 @@ void hil_rig_create(struct hil_rig_device *dev)
 {
     struct hil_gpio_device *gpio = dev->gpio;
     dev->state->one_shot_end_ps = HIL_NEVER;
-    dev->state->shunt_next_ps = HIL_NEVER;
+    dev->state->next_shunt_move_ps = HIL_NEVER;
     dev->lamp_sense_pin =
         (struct hil_pin){.context = dev, .alternate_function = -1, .level = get_lamp_sense};
-    gpio->outside_pins[dev->type->lamp_sense_pin.port][dev->type->lamp_sense_pin.pin] =
+    gpio->external_pins[dev->type->lamp_sense_pin.port][dev->type->lamp_sense_pin.pin] =
         &dev->lamp_sense_pin;
     gpio->timer_listener = (struct hil_pin_listener){dev, update_excitation};
     hil_gpio_add_listener(gpio, update_excitation, dev);
@@ -491,7 +492,7 @@ enum mr_status hil_command_send(struct hil_can_device *can, struct hil_usart_dev
             usart, bytes, mr_frame_encode((*sequence)++, MR_ID_COMMAND, payload, length, bytes));
     }
     struct hil_can_frame frame = {
-        .id = mr_can_to_bus(MR_ID_COMMAND, (uint16_t)can->options->can_id_base),
+        .id = mr_can_id_to_bus(MR_ID_COMMAND, (uint16_t)can->options->can_id_base),
         .length = (uint8_t)length};
     memcpy(frame.data, payload, length);
     return hil_can_inject(can, &frame);
@@ -515,11 +516,11 @@ static void apply_command(struct hil_command_script_device *dev,
                           const struct hil_run_command *command)
 {
     if (hil_command_send(dev->can, dev->usart, &dev->state->sequence, &command->message,
-                         command->is_by_serial) != MR_OK)
+                         command->is_sent_by_serial) != MR_OK)
         hil_core_stop(
             dev->core, MR_FULL,
             "scripted command %u of the run file: too many commands are waiting for the %s",
-            (unsigned)command->message.tag, command->is_by_serial ? "serial line" : "CAN bus");
+            (unsigned)command->message.tag, command->is_sent_by_serial ? "serial line" : "CAN bus");
 }
 
 static void on_command(void *device, uint64_t at)

@@ -81,11 +81,11 @@ struct hil_rig {
     double gain_drift[HIL_RUN_GAGES];          /* gain minus 1 */
     double offset_drift_lb[HIL_RUN_GAGES];
     bool are_shunts_on;
-    bool is_shunt_requested;  /* level of PE1 */
-    uint8_t shunt_moves_left; /* number of movements of the relay's contacts that remain */
-    uint64_t shunt_next_ps;   /* time of the next movement; HIL_NEVER: none */
-    bool is_lamp_on;          /* state that the lamp's read-back follows */
-    uint64_t lamp_since_ps;
+    bool is_shunt_requested;     /* level of PE1 */
+    uint8_t shunt_moves_left;    /* number of movements of the relay's contacts that remain */
+    uint64_t next_shunt_move_ps; /* time of the next movement; HIL_NEVER: none */
+    bool is_lamp_on;             /* state that the lamp's read-back follows */
+    uint64_t lamp_changed_ps;
     uint8_t opening_order[24];         /* switches (0..23) in the order in which they open */
     uint8_t opening_count;             /* number of switches that open in the run */
     uint8_t opened_count;              /* number of switches that have opened */
@@ -93,8 +93,8 @@ struct hil_rig {
     uint8_t lamp_fault;                /* enum hil_lamp_fault */
     int8_t excitation;                 /* polarity of the excitation: +1, -1, 0 */
     double excitation_start_amplitude; /* amplitude of the excitation at its last change */
-    uint64_t excitation_since_cycle;   /* cycle of the last change of the excitation */
-    uint64_t excitation_since_ps;
+    uint64_t excitation_changed_cycle; /* cycle of the last change of the excitation */
+    uint64_t excitation_changed_ps;
 };
 
 struct hil_rig_device {

@@ -147,7 +147,7 @@ static enum mr_status read_command(struct hil_text_file *r, struct hil_run *run,
         return refuse_file(r, "expected `command <t_s> <can or serial> <name> ...`");
     if (run->command_count && command.t_ps < run->commands[run->command_count - 1].t_ps)
         return refuse_file(r, "commands must be in order of time");
-    command.is_by_serial = link[0] == 's';
+    command.is_sent_by_serial = link[0] == 's';
     if (run->command_count == COMMANDS_MAX)
         return refuse_file(r, "more than %u commands", COMMANDS_MAX);
     if (mr_command_parse(text + end, (uint16_t)(run->command_count + 1u), &command.message) !=

@@ -44,7 +44,7 @@ void hil_pulse_train_pass_edge(struct hil_pulse_train_state *state);
 
 struct hil_run_command {
     uint64_t t_ps;
-    bool is_by_serial; /* true: sent by serial; false: by CAN */
+    bool is_sent_by_serial; /* true: sent by serial; false: by CAN */
     /* message with its tag: 1 for the first command of the file, then 2, 3, ... */
     struct mr_command message;
 };
@@ -79,8 +79,8 @@ double hil_run_true_value(const struct hil_run *run, unsigned column, double t_s
 /* A text file whose first line contains its kind and version, and whose last line is `end` with the
  * CRC-32 of everything before it. */
 struct hil_text_file {
-    struct hil_file_place place; /* at.line: line number of the present line */
-    char *bytes, *next;          /* the caller must free `bytes`, also after a failure */
+    struct hil_file_context place; /* at.line: line number of the present line */
+    char *bytes, *next;            /* the caller must free `bytes`, also after a failure */
     size_t size;
 };
 

@@ -837,15 +837,16 @@ enum mr_status advise_make_chart(const struct advise *advise, unsigned landings,
     plan->landings = (float)landings;
     plan->speed_ft_s = (float)advise->plan.speed_ft_s;
     for (size_t i = 0; i < advise->row_count; i++) {
-        plan->row_ft_s2[i] = (float)advise->row[i].mean_braking_ft_s2;
-        plan->row_log_odds[i] = convert_to_log_odds(advise->row[i].zone_probability.probability);
-        plan->row_ft[i] = (float)advise->row[i].median_zone_station_ft;
+        plan->chart_deceleration_ft_s2[i] = (float)advise->row[i].mean_braking_ft_s2;
+        plan->chart_log_odds[i] = convert_to_log_odds(advise->row[i].zone_probability.probability);
+        plan->chart_zone_ft[i] = (float)advise->row[i].median_zone_station_ft;
     }
-    plan->knot_s[0] = 0.0f;
-    plan->knot_ft_s2[0] = (float)advise->plan.mean_braking_ft_s2;
+    plan->plan_time_s[0] = 0.0f;
+    plan->plan_deceleration_ft_s2[0] = (float)advise->plan.mean_braking_ft_s2;
     for (size_t i = 0; i < profile->point_count; i++) {
-        plan->knot_s[i] = (float)profile->t_s[i];
-        plan->knot_ft_s2[i] = (float)(profile->factor[i] * advise->plan.mean_braking_ft_s2);
+        plan->plan_time_s[i] = (float)profile->t_s[i];
+        plan->plan_deceleration_ft_s2[i] =
+            (float)(profile->factor[i] * advise->plan.mean_braking_ft_s2);
     }
     return mr_risk_plan_check(plan) == MR_OK
              ? MR_OK

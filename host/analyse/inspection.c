@@ -124,7 +124,7 @@ static enum mr_status read_quantity(const struct inspection_field *field, const 
                                     bool is_value, double *value, struct error *error)
 {
     const char *end;
-    double number = mr_decimal_read(text, &end);
+    double number = mr_decimal_parse(text, &end);
     const char *unit = end + strspn(end, " deg" DEGREE);
     char rounded[40];
     if (!is_temperature(field)) {
@@ -133,7 +133,7 @@ static enum mr_status read_quantity(const struct inspection_field *field, const 
         enum mr_status status = quantity_read(text, field->name, own, NULL, value, error);
         snprintf(rounded, sizeof rounded, "%.9g", *value);
         if (status == MR_OK && fabs(*value - number) > 0.0)
-            *value = mr_decimal_read(rounded, &end);
+            *value = mr_decimal_parse(rounded, &end);
         return status;
     }
     const int letter = toupper((unsigned char)unit[0]);
@@ -160,7 +160,7 @@ enum mr_status inspection_read_number(const struct inspection_field *field, cons
             *tab = ' ';
         for (size_t end = strlen(part[i]); end > 0 && part[i][end - 1] == ' ';)
             part[i][--end] = '\0';
-        mr_decimal_read(part[i], &unit[i]);
+        mr_decimal_parse(part[i], &unit[i]);
     }
     for (int i = 0; i < 2; i++)
         if (!unit[i][strspn(unit[i], " ")])

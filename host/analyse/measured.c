@@ -561,7 +561,7 @@ static struct half_sums make_half_sums(const struct measured *measured,
     (void)frexp(most, &value_bits);
     (void)frexp((double)measured->samples, &count_bits);
     sums.unit = ldexp(1.0, value_bits + count_bits - SUM_BITS);
-    double per_unit = 1.0 / sums.unit; /* exact, because unit is a power of two */
+    double counts_per_unit = 1.0 / sums.unit; /* exact, because unit is a power of two */
     for (size_t half = 0; half < 2; half++)
         sums.half[half] = xcalloc(measured->samples + 1, sizeof *sums.half[half]);
     /* counters, which replace slow divisions */
@@ -571,7 +571,7 @@ static struct half_sums make_half_sums(const struct measured *measured,
         sums.half[0][i + 1] = sums.half[0][i];
         sums.half[1][i + 1] = sums.half[1][i];
         if (isfinite(value)) {
-            sums.half[half][i + 1].sum += llrint(value * per_unit);
+            sums.half[half][i + 1].sum += llrint(value * counts_per_unit);
             sums.half[half][i + 1].count++;
         }
         if (++within == channel->stride) {

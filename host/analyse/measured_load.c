@@ -166,7 +166,7 @@ static enum mr_status append_block(void *context, const uint8_t *bytes, size_t l
     struct series_data *record = context;
     struct measured_excluded *aside = &record->measured->excluded;
     struct mr_block block;
-    enum mr_status status = mr_block_get(&block, bytes, length);
+    enum mr_status status = mr_block_decode(&block, bytes, length);
     if (status != MR_OK)
         return status;
     if (!time_groups_contain(&record->groups, block.index / BLOCKS_PER_S)) {

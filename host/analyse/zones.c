@@ -483,8 +483,8 @@ static enum mr_status load_max_risk(struct store *store, const struct measured *
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         double t_s = measured_block_time_s(measured, rows[i].block);
         unsigned basis = rows[i].basis == STORE_NONE ? 0u : (unsigned)rows[i].basis;
-        inputs->is_chart_outdated |= (basis & MR_RISK_CHART_OLD) != 0;
-        if (basis & MR_RISK_PLAN_LEFT && isnan(inputs->off_plan_s))
+        inputs->is_chart_outdated |= (basis & MR_RISK_CHART_OUTDATED) != 0;
+        if (basis & MR_RISK_PLAN_NOT_FOLLOWED && isnan(inputs->off_plan_s))
             inputs->off_plan_s = t_s;
         if (isnan(rows[i].risk) || (!isnan(inputs->max_risk) && rows[i].risk <= inputs->max_risk))
             continue;
@@ -606,9 +606,9 @@ static void add_risk(const struct predictor_inputs *inputs, struct answer *answe
     answer_add_text(
         answer, NULL, PREDICTOR_LABEL, "largest risk of a zone of %u mats: %.2f, at %.3f s%s%s",
         MR_PREDICTOR_WARNING_MATS, inputs->max_risk, inputs->max_risk_s,
-        inputs->risk_basis & MR_RISK_OF_CHART  ? ", computed with chart and plan"
-        : inputs->risk_basis & MR_RISK_OF_PLAN ? ", computed with the plan but without a chart"
-                                               : ", computed without plan and chart",
+        inputs->risk_basis & MR_RISK_CHART_USED  ? ", computed with chart and plan"
+        : inputs->risk_basis & MR_RISK_PLAN_USED ? ", computed with the plan but without a chart"
+                                                 : ", computed without plan and chart",
         inputs->risk_basis & MR_RISK_BLIND ? ", without a valid transducer" : "");
     if (!isnan(inputs->off_plan_s))
         answer_add_text(

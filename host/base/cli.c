@@ -125,7 +125,7 @@ enum mr_status cli_parse_number(const char *text, const char *what, double low, 
                                 double *value, struct error *error)
 {
     const char *end;
-    double number = mr_decimal_read(text, &end);
+    double number = mr_decimal_parse(text, &end);
     if (end == text || *end != '\0' || !isfinite(number))
         return error_set(error, MR_USAGE, "not a number: '%s' for %s; write digits such as %g",
                          text, what, low > 1.0 ? low : 1.0);

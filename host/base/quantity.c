@@ -382,7 +382,7 @@ bool quantity_parse(const char *text, const char *unit, const char *bare, double
     const char *end, *start = skip_blanks(text);
     unit = unit ? unit : "";
     bare = bare ? bare : unit;
-    *value = mr_decimal_read(start, &end);
+    *value = mr_decimal_parse(start, &end);
     const char *own = skip_blanks(end);
     if (is_decimal_comma(end))
         return refuse_comma(start, end, wrong);

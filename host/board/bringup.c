@@ -438,7 +438,7 @@ static bool is_within_limit(const struct bringup_result *j)
 static const struct mr_board *find_board(const struct bringup *bringup)
 {
     const struct bringup_line *line = bringup_find(bringup, "board");
-    int number = line ? mr_board_by_name(line->value) : -1;
+    int number = line ? mr_board_number_by_name(line->value) : -1;
     return number < 0 ? NULL : mr_board_by_number((unsigned)number);
 }
 

@@ -253,12 +253,12 @@ static enum mr_status set_refusal_error(const struct config_client *client,
 {
     char text[500] = "the board gives no reason";
     const struct mr_config_refused *r = &client->refusal;
-    struct mr_config_reason reason = {.group = r->group,
-                                      .index = r->index,
-                                      .field = r->field,
-                                      .element = r->element,
-                                      .rule = r->rule,
-                                      .other = r->other};
+    struct mr_config_violation reason = {.group = r->group,
+                                         .index = r->index,
+                                         .field = r->field,
+                                         .element = r->element,
+                                         .rule = r->rule,
+                                         .other = r->other};
     if (client->was_refused)
         config_text_reason(config, &reason, text, sizeof text);
     return error_set(error, MR_LIMIT, "the board refused the configuration: %s; %s",

@@ -190,19 +190,20 @@ static const char *get_rule_text(unsigned rule)
     }
 }
 
-static bool is_reason_field_known(const struct mr_config_reason *r)
+static bool is_reason_field_known(const struct mr_config_violation *r)
 {
     return r->group < MR_CONFIG_GROUP_COUNT && r->index < mr_config_groups[r->group].count &&
            r->field < mr_config_groups[r->group].field_count;
 }
 
 /* Finds the field with which the refused field conflicts. */
-static bool find_conflicting_field(const struct mr_config_reason *r, struct config_field_ref *other)
+static bool find_conflicting_field(const struct mr_config_violation *r,
+                                   struct config_field_ref *other)
 {
     *other = (struct config_field_ref){r->group, r->index, r->field};
     if (r->rule == MR_RULE_NOT_ABOVE)
         other->field = r->other;
-    else if (r->rule == MR_RULE_STEPS_TOO_CLOSE || r->rule == MR_RULE_NUMBER_TAKEN)
+    else if (r->rule == MR_RULE_STEPS_TOO_CLOSE || r->rule == MR_RULE_NUMBER_IN_USE)
         other->index = r->other;
     else if (r->rule == MR_RULE_NOT_RISING && get_field_info(*other)->count == 1)
         other->index = r->other;
@@ -243,7 +244,7 @@ static void write_gain_advice(const struct mr_channel_config *channel, unsigned 
                  (double)limits.min_gain, (double)limits.max_gain, unit, mistake);
 }
 
-static void write_advice(const struct mr_config *config, const struct mr_config_reason *r,
+static void write_advice(const struct mr_config *config, const struct mr_config_violation *r,
                          char *out, size_t size)
 {
     struct config_field_ref at = {r->group, r->index, r->field};
@@ -293,8 +294,8 @@ static void write_advice(const struct mr_config *config, const struct mr_config_
     }
 }
 
-void config_text_reason(const struct mr_config *config, const struct mr_config_reason *r, char *out,
-                        size_t size)
+void config_text_reason(const struct mr_config *config, const struct mr_config_violation *r,
+                        char *out, size_t size)
 {
     struct config_field_ref at = {r->group, r->index, r->field}, other;
     char name[CONFIG_FIELD_NAME_SIZE + 40], value[CONFIG_FIELD_VALUE_SIZE], advice[300];
@@ -312,7 +313,7 @@ void config_text_reason(const struct mr_config *config, const struct mr_config_r
         field_name(other, other_name);
         field_value_text(get_field_info(other), get_field_bytes(config, other), other_value);
         snprintf(out, size, "%s is %s, %s is %s: %s; %s", name, value, other_name, other_value,
-                 r->rule == MR_RULE_NUMBER_TAKEN      ? "numbers of one kind must differ"
+                 r->rule == MR_RULE_NUMBER_IN_USE     ? "numbers of one kind must differ"
                  : r->rule == MR_RULE_STEPS_TOO_CLOSE ? "they cannot be distinguished"
                                                       : "the first must be larger",
                  advice);
@@ -500,7 +501,7 @@ static bool read_reals(const struct mr_config_field *field, const char *p, void 
             values[i] = MR_NAN;
             end = p + 7;
         } else {
-            (void)mr_decimal_read(p, &end);
+            (void)mr_decimal_parse(p, &end);
             values[i] = strtof(p, NULL);
         }
         if (end == p || (*end && !strchr(BLANKS "#", *end)))
@@ -601,7 +602,7 @@ static bool is_field_optional(struct config_field_ref at)
 
 static enum mr_status check_fields(struct reader *r)
 {
-    struct mr_config_reason reason;
+    struct mr_config_violation reason;
     struct config_field_ref at = {0};
     size_t number = 0;
     do {

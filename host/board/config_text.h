@@ -49,7 +49,7 @@ uint32_t config_text_undated_channels(const struct mr_config *config);
 
 /* Writes the reason why a configuration is refused: "channel[3].number is 2, which channel[1] has;
  * ...". */
-void config_text_reason(const struct mr_config *config, const struct mr_config_reason *reason,
+void config_text_reason(const struct mr_config *config, const struct mr_config_violation *reason,
                         char *out, size_t size);
 
 /* Calls `each` for every field that differs between `old` and `new`, with its name and both values

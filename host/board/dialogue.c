@@ -262,7 +262,7 @@ static enum mr_status receive_can(struct dialogue *dialogue, bool *received, str
         if (status == MR_OK && !(can.id & (LINK_ID_ERROR | LINK_ID_REMOTE | LINK_ID_EXTENDED)))
             status = handle_message(
                 dialogue,
-                &(struct dialogue_message){LINK_CAN, mr_can_from_bus((uint16_t)can.id, base), 0,
+                &(struct dialogue_message){LINK_CAN, mr_can_id_from_bus((uint16_t)can.id, base), 0,
                                            can.data, can.length, can.host_us},
                 error);
     }

@@ -162,7 +162,7 @@ static enum mr_status check_vectors(const struct imagefile *image, struct error 
 
 static enum mr_status check_header(struct imagefile *image, struct error *error)
 {
-    enum mr_status status = mr_image_get(&image->header, image->bytes);
+    enum mr_status status = mr_image_decode(&image->header, image->bytes);
     if (status == MR_UNKNOWN)
         return MR_OK;
     if (status == MR_VERSION)

@@ -88,7 +88,7 @@ enum mr_status keyfile_compute_proof(const char *uid, const uint32_t words[3],
     uint8_t key[MR_KEY_BYTES];
     enum mr_status status = read_key(uid, key, error);
     if (status == MR_OK)
-        mr_proof_make(proof, key, nonce, command, words);
+        mr_proof_compute(proof, key, nonce, command, words);
     return status;
 }
 

@@ -604,7 +604,7 @@ static void check_black_box(const struct ready_inputs *f, struct ready_report *r
     snprintf(limit, sizeof limit, "ready, %u sectors", box->reserve);
     ready_add_check(
         report, verdict_if(box->state == MR_BOX_READY && box->wait_s == 0.0f), "black box", limit,
-        box->state != MR_BOX_READY && box->state != MR_BOX_LOOKING
+        box->state != MR_BOX_READY && box->state != MR_BOX_SCANNING
             ? "check the memory on SPI2; if the board has none, set site.black_box = 0"
         : isnan(box->wait_s)
             ? "read the records with matrig board read N, then free them with free N"

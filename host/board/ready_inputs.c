@@ -104,7 +104,7 @@ static void handle_serial_message(struct input_query *a, const struct dialogue_m
         break;
     case MR_ID_BLOCK:
         if (f->block_count < READY_BLOCKS_MAX &&
-            mr_block_get(&a->block[f->block_count], bytes, length) == MR_OK)
+            mr_block_decode(&a->block[f->block_count], bytes, length) == MR_OK)
             f->block_count++;
         break;
     case MR_ID_HEALTH:
@@ -203,7 +203,7 @@ static bool has_enough_blocks(const void *facts)
 
 static bool is_box_searched(const void *facts)
 {
-    return ((const struct ready_inputs *)facts)->box_state.state != MR_BOX_LOOKING;
+    return ((const struct ready_inputs *)facts)->box_state.state != MR_BOX_SCANNING;
 }
 
 /* True after SETTLE_TIME_S of board time. An emulated board's time may run faster than this

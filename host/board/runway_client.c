@@ -32,7 +32,8 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
         client->hello_received = true;
     } else if (message->id == MR_ID_RUNWAY_STORE) {
         client->stored_known |= mr_runway_store_get(&client->stored, bytes, length) == MR_OK;
-        client->is_memory_read = client->stored_known && client->stored.copy_a != MR_RUNWAY_UNREAD;
+        client->is_memory_read = client->stored_known &&
+                                 client->stored.copy_a != MR_RUNWAY_NOT_READ;
     } else if (message->id == MR_ID_RUNWAY && mr_runway_get(&runway, bytes, length) == MR_OK) {
         client->state = (struct mr_predictor_state){
             .mats = runway.mats, .landings = runway.landings, .scale = runway.resistance};
@@ -138,10 +139,10 @@ enum mr_status runway_client_load(struct runway_client *client,
                            state->mats, client->state.mats, dialogue_spec(client->dialogue));
     for (unsigned i = 0; status == MR_OK && i < MR_RUNWAY_WORD_COUNT; i++)
         status = send_command(client->dialogue, MR_COMMAND_RUNWAY_WORD, i,
-                              mr_runway_word_argument(state, i), error);
+                              mr_runway_make_word_argument(state, i), error);
     for (unsigned i = 0; status == MR_OK && i < 256 && 2 * i <= state->mats; i++)
         status = send_command(client->dialogue, MR_COMMAND_RUNWAY_JOINTS, i,
-                              mr_runway_joints_argument(state, i), error);
+                              mr_runway_make_joints_argument(state, i), error);
     if (status == MR_OK)
         status = send_command(client->dialogue, MR_COMMAND_RUNWAY_TAKE, 0,
                               (int32_t)mr_runway_crc(state), error);

@@ -129,8 +129,8 @@ void walk_add_event(struct walk_test *walk, const struct mr_switch_event *event)
         walk->response[WALK_SWITCH][*count - 1].edge_count == event->count)
         --*count;
     walk->unexpected_event_count += event->reason == MR_SWITCH_NO_STEP ||
-                                    event->reason == MR_SWITCH_OTHER_STEP ||
-                                    event->reason == MR_SWITCH_TOO_NEAR;
+                                    event->reason == MR_SWITCH_UNKNOWN_STEP ||
+                                    event->reason == MR_SWITCH_TOO_SOON;
 }
 
 bool walk_add_reading(struct walk_test *walk, const struct mr_block *block,

@@ -109,7 +109,7 @@ bool calibrate_value_parse(const char *text, enum unit_kind kind, const struct u
 static bool read_code(const char *text, double *code)
 {
     const char *end;
-    *code = mr_decimal_read(text, &end);
+    *code = mr_decimal_parse(text, &end);
     return end != text && isfinite(*code) && end[strspn(end, BLANKS)] == '\0';
 }
 

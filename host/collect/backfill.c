@@ -122,7 +122,7 @@ static enum mr_status fill_block(struct store *store, int64_t session, const str
         return status;
     result->filled_blocks++;
     return store_block_put(store, session, 0, result->run, STORE_LINK_BLACK_BOX, block->index,
-                           (int64_t)link_now_us(), bytes, mr_block_put(block, bytes), error);
+                           (int64_t)link_now_us(), bytes, mr_block_encode(block, bytes), error);
 }
 
 static enum mr_status count_edges(struct store *store, int64_t run, int64_t *edges,

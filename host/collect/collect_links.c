@@ -373,7 +373,7 @@ static enum mr_status handle_block(struct collector *collector, struct link_stat
 {
     struct mr_block block;
     enum mr_status status = MR_OK;
-    if (mr_block_get(&block, frame->payload, frame->length) != MR_OK) {
+    if (mr_block_decode(&block, frame->payload, frame->length) != MR_OK) {
         side->loss_tracker.counts.bad++;
         return MR_OK;
     }
@@ -552,7 +552,7 @@ static enum mr_status handle_serial_frame(struct collector *collector, struct li
             held.frame.length = (uint8_t)frame->length;
             memcpy(held.frame.data, frame->payload, frame->length);
         } else if (frame->type == MR_ID_BLOCK &&
-                   mr_block_get(&block, frame->payload, frame->length) == MR_OK) {
+                   mr_block_decode(&block, frame->payload, frame->length) == MR_OK) {
             start = timebase_is_restart(&side->timebase, block.index) ? BOARD_START_NEW
                                                                       : BOARD_START_SAME;
         }
@@ -600,8 +600,8 @@ void collect_handle_sync_at(struct link_state *side, const struct mr_sync_at *sy
 {
     bool this_one = side->sync_host_us != 0 && (uint16_t)side->sync.block == sync_at->block16;
     if (this_one && sync_at->sent) {
-        uint32_t origin = mr_boardtime_origin(side->sync.block, side->sync.tick);
-        int64_t ticks = mr_boardtime_ticks(origin, side->sync.block, sync_at->tick);
+        uint32_t origin = mr_boardtime_origin_tick(side->sync.block, side->sync.tick);
+        int64_t ticks = mr_boardtime_unwrap(origin, side->sync.block, sync_at->tick);
         timemap_add(&side->time_map, (double)ticks / MR_TICKS_PER_US, (int64_t)side->sync_host_us);
     }
     side->sync_host_us = 0;

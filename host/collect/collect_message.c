@@ -35,7 +35,7 @@ static enum mr_status record_landing(struct collector *collector, struct link_st
     bool believed;
     enum mr_status status = collect_handle_landing(collector, side, message, host_us, &believed,
                                                    error);
-    if (status != MR_OK || !believed || message->cause == MR_LANDING_BY_NOTHING)
+    if (status != MR_OK || !believed || message->cause == MR_LANDING_NO_CHANGE)
         return status;
     struct landing_slot *after = side->current_landing;
     side->current_landing = after ? after

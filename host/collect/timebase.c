@@ -29,7 +29,7 @@ bool timebase_apply_clock(struct timebase *timebase, uint32_t block, uint32_t ti
         return true;
     timebase->is_tick_known = true;
     timebase->newest_clock_block = block;
-    timebase->origin = mr_boardtime_origin(block, tick);
+    timebase->origin = mr_boardtime_origin_tick(block, tick);
     return false;
 }
 
@@ -49,7 +49,7 @@ enum timebase_result timebase_check_clock(struct timebase *timebase,
                                           struct timebase_candidate *doubt, uint32_t block,
                                           uint32_t tick, bool hello)
 {
-    uint32_t origin = mr_boardtime_origin(block, tick);
+    uint32_t origin = mr_boardtime_origin_tick(block, tick);
     bool first = !timebase->is_block_known || !timebase->is_tick_known;
     int64_t least = hello ? timebase->newest_clock_block
                           : timebase->newest_block - RESTART_MIN_BLOCKS;
@@ -91,6 +91,6 @@ int64_t timebase_now_us(const struct timebase *timebase)
 
 double timebase_tick_to_us(const struct timebase *timebase, uint32_t tick)
 {
-    int64_t ticks = mr_boardtime_ticks(timebase->origin, (uint32_t)timebase->newest_block, tick);
+    int64_t ticks = mr_boardtime_unwrap(timebase->origin, (uint32_t)timebase->newest_block, tick);
     return timebase->is_tick_known ? (double)ticks / MR_TICKS_PER_US : (double)NAN;
 }

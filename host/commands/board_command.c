@@ -520,7 +520,7 @@ static int run_arm(const struct request *request, struct dialogue *dialogue)
 
 static const char *runway_copy_text(unsigned copy, char out[40])
 {
-    if (copy == MR_RUNWAY_WHOLE || copy >= MR_RUNWAY_UNREAD)
+    if (copy == MR_RUNWAY_COPY_INTACT || copy >= MR_RUNWAY_NOT_READ)
         return mr_runway_copy_text(copy);
     snprintf(out, 40, "damaged (%s)", mr_status_text((enum mr_status) - (int)copy));
     return out;
@@ -530,7 +530,7 @@ static double segment_opening_in(const struct mr_predictor_state *state, unsigne
 {
     unsigned sum = 0;
     for (unsigned j = 10 * segment; j < 10 * segment + 10 && j <= state->mats; j++)
-        sum += state->gap_hmil[j];
+        sum += state->gap_counts[j];
     return sum / HMIL_PER_IN;
 }
 
@@ -538,7 +538,7 @@ static unsigned count_closed_joints(const struct mr_predictor_state *state)
 {
     unsigned closed = 0;
     for (unsigned j = 0; j <= state->mats; j++)
-        closed += state->gap_hmil[j] <= CLOSED_OPENING_MAX_HMIL;
+        closed += state->gap_counts[j] <= CLOSED_OPENING_MAX_HMIL;
     return closed;
 }
 
@@ -562,7 +562,7 @@ static int print_runway(const struct runway_client *client, const struct cli *cl
                     count_closed_joints(state), state->mats + 1u);
     answer_open_list(answer, "gap_in", NULL);
     for (unsigned j = 0; j <= state->mats; j++)
-        answer_add_value(answer, NULL, NULL, UNIT_NUMBER, state->gap_hmil[j] / HMIL_PER_IN, 5);
+        answer_add_value(answer, NULL, NULL, UNIT_NUMBER, state->gap_counts[j] / HMIL_PER_IN, 5);
     answer_close_group(answer);
     answer_open_table(answer, NULL,
                       "openings in rows of joints, starting with the joint in the first column");
@@ -590,7 +590,7 @@ static void write_runway(const char *path, const struct mr_predictor_state *stat
             "a board: matrig board runway load\nmats %u\nlandings %u\nresistance %.9g\n",
             state->mats, state->landings, (double)state->scale);
     for (unsigned j = 0; j <= state->mats; j++)
-        fprintf(file, "joint %u %.5f\n", j + 1u, state->gap_hmil[j] / HMIL_PER_IN);
+        fprintf(file, "joint %u %.5f\n", j + 1u, state->gap_counts[j] / HMIL_PER_IN);
     output_end(&output, fatal);
 }
 
@@ -615,7 +615,7 @@ static bool parse_runway_line(const char *line, struct mr_predictor_state *state
         !(value >= 0.0 && value * HMIL_PER_IN <= UINT16_MAX) || given[number - 1u])
         return false;
     given[number - 1u] = true;
-    state->gap_hmil[number - 1u] = (uint16_t)lround(value * HMIL_PER_IN);
+    state->gap_counts[number - 1u] = (uint16_t)lround(value * HMIL_PER_IN);
     return true;
 }
 

@@ -160,7 +160,7 @@ static void check_codes(const struct request *r, const struct calibrate_points *
 static void check_gain(const struct request *r, const struct mr_config *config,
                        const struct mr_channel_config *old)
 {
-    struct mr_config_reason reason;
+    struct mr_config_violation reason;
     char text[500];
     const struct mr_channel_config *channel = &config->channel[r->channel];
     if (mr_config_check(config, &reason) != MR_OK) {
@@ -234,7 +234,7 @@ static enum mr_status gather_readings(void *context, const struct dialogue_messa
         .unit_per_code = 1.0f};
     (void)error;
     if (message->id != MR_ID_BLOCK || g->count == BLOCKS_PER_POINT ||
-        mr_block_get(&block, message->payload, message->length) != MR_OK)
+        mr_block_decode(&block, message->payload, message->length) != MR_OK)
         return MR_OK;
     float ratio = mr_reference_ratio(g->reference, &block);
     struct mr_reading reading = mr_channel_read(&plain, &block, g->channel, ratio);

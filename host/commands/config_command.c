@@ -50,7 +50,7 @@ static void note_damaged_copy(const struct cli *cli, const struct mr_config_stat
 /* Prints a note if the board's configuration is invalid. Older firmware may have accepted it. */
 static void note_invalid_config(const struct cli *cli, const struct mr_config *config)
 {
-    struct mr_config_reason reason;
+    struct mr_config_violation reason;
     char why[500];
     if (mr_config_check(config, &reason) == MR_OK)
         return;

@@ -56,7 +56,7 @@ static void handle_record(void *context, const uint8_t *record, size_t length, i
 {
     struct watch *watch = context;
     struct mr_block block;
-    if (mr_block_get(&block, record, length) == MR_OK)
+    if (mr_block_decode(&block, record, length) == MR_OK)
         live_hub_add_record(watch->hub, &block, host_us);
 }
 

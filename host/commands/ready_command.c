@@ -215,7 +215,7 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
         print_response(w, WALK_SWITCH);
     if (message->id == MR_ID_SWITCH_EVENT && mr_switch_event_get(&event, bytes, length) == MR_OK)
         walk_add_event(&w->walk, &event);
-    if (message->id == MR_ID_BLOCK && mr_block_get(&block, bytes, length) == MR_OK &&
+    if (message->id == MR_ID_BLOCK && mr_block_decode(&block, bytes, length) == MR_OK &&
         walk_add_reading(&w->walk, &block, &kind))
         print_response(w, kind);
     if (message->id == MR_ID_CLOCK && mr_clock_get(&clock, bytes, length) == MR_OK)

@@ -23,8 +23,8 @@ static void get_field_range(const struct mr_field_info *field, double *low, doub
                                       [MR_WIRE_u32] = {0, 4294967295.0},
                                       [MR_WIRE_i32] = {-2147483648.0, 2147483647.0},
                                       [MR_WIRE_f32] = {0, 0}};
-    bool scaled = field->per_unit > 0.0f;
-    double steps = scaled ? (double)field->per_unit : 1.0;
+    bool scaled = field->counts_per_unit > 0.0f;
+    double steps = scaled ? (double)field->counts_per_unit : 1.0;
     *low = (whole[field->type][0] + (scaled && field->type == MR_WIRE_i16)) / steps;
     *high = (whole[field->type][1] - (scaled && field->type == MR_WIRE_u16)) / steps;
 }
@@ -33,7 +33,7 @@ static void write_signal(FILE *out, const struct mr_message_info *message,
                          const struct mr_field_info *field)
 {
     double low, high;
-    double factor = field->per_unit > 0.0f ? 1.0 / (double)field->per_unit : 1.0;
+    double factor = field->counts_per_unit > 0.0f ? 1.0 / (double)field->counts_per_unit : 1.0;
     get_field_range(field, &low, &high);
     fprintf(out, " SG_ %s : %u|%u@1%c (%.10g,0) [%.10g|%.10g] \"%s\" %s\n", field->name,
             8u * field->offset, 8u * field->size, is_signed(field->type) ? '-' : '+', factor, low,
@@ -82,7 +82,7 @@ static const struct {
 static void list_values(FILE *out, const struct mr_message_info *message,
                         const struct mr_field_info *field)
 {
-    if (field->per_unit > 0.0f)
+    if (field->counts_per_unit > 0.0f)
         write_value(out, field->type == MR_WIRE_u16 ? 65535 : -32768, "missing");
     for (size_t i = 0; i < sizeof named_values / sizeof named_values[0]; i++) {
         bool is = named_values[i].id == message->id &&
@@ -104,13 +104,13 @@ static void list_values(FILE *out, const struct mr_message_info *message,
 static void write_values(FILE *out, const struct mr_message_info *message,
                          const struct mr_field_info *field, uint16_t base)
 {
-    bool coded = field->per_unit > 0.0f || field->coding == MR_CODING_ENUM;
+    bool coded = field->counts_per_unit > 0.0f || field->coding == MR_CODING_ENUM;
     for (size_t i = 0; i < sizeof named_values / sizeof named_values[0]; i++)
         coded |= named_values[i].id == message->id &&
                  strcmp(named_values[i].field, field->name) == 0;
     if (!coded)
         return;
-    fprintf(out, "VAL_ %u %s", mr_can_to_bus(message->id, base), field->name);
+    fprintf(out, "VAL_ %u %s", mr_can_id_to_bus(message->id, base), field->name);
     list_values(out, message, field);
     fputs(" ;\n", out);
 }
@@ -125,7 +125,7 @@ static void write_attributes(FILE *out, const struct mr_message_info *messages, 
     for (size_t m = 0; m < count; m++) {
         if (messages[m].every_ms)
             fprintf(out, "BA_ \"GenMsgCycleTime\" BO_ %u %u;\n",
-                    mr_can_to_bus(messages[m].id, base), messages[m].every_ms);
+                    mr_can_id_to_bus(messages[m].id, base), messages[m].every_ms);
     }
 }
 
@@ -141,7 +141,7 @@ unsigned dbc_write(FILE *out, uint16_t base)
           out);
     for (size_t m = 0; m < count; m++) {
         const struct mr_message_info *message = &messages[m];
-        fprintf(out, "BO_ %u %s: %u %s\n", mr_can_to_bus(message->id, base), message->name,
+        fprintf(out, "BO_ %u %s: %u %s\n", mr_can_id_to_bus(message->id, base), message->name,
                 message->length, message->direction == MR_DIRECTION_HOST ? "HOST" : "BOARD");
         for (unsigned f = 0; f < message->field_count; f++)
             write_signal(out, message, &message->fields[f]);
@@ -154,11 +154,11 @@ unsigned dbc_write(FILE *out, uint16_t base)
         fprintf(out, " All identifiers include base 0x%03x of the board.", base);
     fputs("\";\n", out);
     for (size_t m = 0; m < count; m++) {
-        fprintf(out, "CM_ BO_ %u ", mr_can_to_bus(messages[m].id, base));
+        fprintf(out, "CM_ BO_ %u ", mr_can_id_to_bus(messages[m].id, base));
         write_text(out, messages[m].text);
         fputs(";\n", out);
         for (unsigned f = 0; f < messages[m].field_count; f++) {
-            fprintf(out, "CM_ SG_ %u %s ", mr_can_to_bus(messages[m].id, base),
+            fprintf(out, "CM_ SG_ %u %s ", mr_can_id_to_bus(messages[m].id, base),
                     messages[m].fields[f].name);
             mr_field_text(&messages[m].fields[f], text, sizeof text);
             write_text(out, text);
@@ -173,7 +173,7 @@ unsigned dbc_write(FILE *out, uint16_t base)
     for (size_t m = 0; m < count; m++) {
         for (unsigned f = 0; f < messages[m].field_count; f++) {
             if (messages[m].fields[f].type == MR_WIRE_f32)
-                fprintf(out, "SIG_VALTYPE_ %u %s : 1;\n", mr_can_to_bus(messages[m].id, base),
+                fprintf(out, "SIG_VALTYPE_ %u %s : 1;\n", mr_can_id_to_bus(messages[m].id, base),
                         messages[m].fields[f].name);
         }
     }

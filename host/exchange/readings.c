@@ -216,7 +216,7 @@ static bool parse_number(const struct mapping *m, struct csv_field field, double
     }
     digits[field.length] = '\0';
     const char *end;
-    *value = mr_decimal_read(digits, &end);
+    *value = mr_decimal_parse(digits, &end);
     return *end == '\0' && isfinite(*value);
 }
 

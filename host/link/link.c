@@ -593,7 +593,7 @@ enum mr_status link_send_message(struct link *link, uint16_t base, uint16_t seq,
                                  const uint8_t *payload, size_t length, struct error *error)
 {
     uint8_t bytes[MR_FRAME_BYTES_MAX];
-    struct link_frame frame = {.id = mr_can_to_bus(id, base), .length = (uint8_t)length};
+    struct link_frame frame = {.id = mr_can_id_to_bus(id, base), .length = (uint8_t)length};
     if (link->kind == LINK_SERIAL)
         return link_send_bytes(link, bytes, mr_frame_encode(seq, id, payload, length, bytes),
                                error);

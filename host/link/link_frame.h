@@ -22,13 +22,13 @@ static inline uint32_t link_id_from_bus(uint32_t id, uint16_t base)
 {
     return id & (LINK_ID_EXTENDED | LINK_ID_ERROR)
              ? id
-             : (id & LINK_ID_REMOTE) | mr_can_from_bus((uint16_t)(id & MR_CAN_ID_MAX), base);
+             : (id & LINK_ID_REMOTE) | mr_can_id_from_bus((uint16_t)(id & MR_CAN_ID_MAX), base);
 }
 static inline uint32_t link_id_to_bus(uint32_t id, uint16_t base)
 {
     return id & (LINK_ID_EXTENDED | LINK_ID_ERROR)
              ? id
-             : (id & LINK_ID_REMOTE) | mr_can_to_bus((uint16_t)(id & MR_CAN_ID_MAX), base);
+             : (id & LINK_ID_REMOTE) | mr_can_id_to_bus((uint16_t)(id & MR_CAN_ID_MAX), base);
 }
 
 struct link_frame {

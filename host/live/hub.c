@@ -166,7 +166,7 @@ static json_t *make_configuration_json(const struct live_source *source)
         make_texts_json(mr_can_state_text, MR_CAN_MISSING + 1), "statuses",
         make_texts_json(get_status_text, 32), "box_good", MR_BOX_READY, MR_BOX_RECORDING,
         MR_BOX_CLOSING, "lamp_limit_item", (int)MR_RISK_PLAN_ITEM_COUNT, "risk_of_plan",
-        MR_RISK_OF_PLAN, "risk_of_chart", MR_RISK_OF_CHART, "arm", MR_COMMAND_ARM, "disarm",
+        MR_RISK_PLAN_USED, "risk_of_chart", MR_RISK_CHART_USED, "arm", MR_COMMAND_ARM, "disarm",
         MR_COMMAND_DISARM, "bucket_s", LIVE_BUCKET_BLOCKS / 1000.0, "transducers",
         (int)MR_TRANSDUCERS, "emulated_lot", (int)MR_EMULATED_LOT);
 }
@@ -213,7 +213,8 @@ static void write_message_json(FILE *out, const struct collector_event *event)
 #define ENUMERATED(name, type, field, values, text) \
     put_integer(out, #field, (long long)m->field);  \
     put_text(out, #field "_text", mr_##values##_text((unsigned)m->field));
-#define REAL(name, type, field, per_unit, unit, text) put_number(out, #field, (double)m->field, 7);
+#define REAL(name, type, field, counts_per_unit, unit, text) \
+    put_number(out, #field, (double)m->field, 7);
 #define FLOAT(name, field, unit, text) put_number(out, #field, (double)m->field, 7);
 #define QUANTITY(name, NAME, kind, suffix, words, unit, decimals, of, its_error)   \
     put_text(out, "quantity", mr_quantity_at(MR_QUANTITY_##kind)->key);            \

@@ -424,7 +424,8 @@ static void find_scatter(size_t count, struct push_ground *ground)
     if (freedom == 0)
         return;
     ground->scatter = sqrt(squares / (double)freedom);
-    ground->has_excess_scatter = squares > mr_chi_square((unsigned)freedom, MR_SIGMA_1_IN_1000);
+    ground->has_excess_scatter = squares >
+                                 mr_chi_square_limit((unsigned)freedom, MR_SIGMA_1_IN_1000);
     ground->interval_factor = fmax(1.0,
                                    ground->scatter * mr_gates_student_factor((unsigned)freedom));
 }

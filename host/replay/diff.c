@@ -260,8 +260,8 @@ static bool is_determined_by_record(const struct board_message *answer, int64_t 
 {
     if (answer->info->id == MR_ID_ACK &&
         (get_field_value(answer, "code") == (double)MR_COMMAND_BACKLOG ||
-         get_field_value(answer, "code") == (double)MR_COMMAND_NONE ||
-         mr_command_is_sender_refused((int)get_field_value(answer, "status"))))
+         get_field_value(answer, "code") == (double)MR_COMMAND_INVALID ||
+         mr_status_is_sender_refused((int)get_field_value(answer, "status"))))
         return false; /* the replay sends this command itself, or uses it in place of another */
     if (answer->info->id == MR_ID_ACK || answer->info->id == MR_ID_MARK)
         return get_field_value(answer, "block") >= (double)first_block;

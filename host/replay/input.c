@@ -99,7 +99,7 @@ static enum mr_status handle_block(void *context, const uint8_t *record, size_t 
                          "block records were added during reading: RUN %lld of %s; wait until no "
                          "program writes to the campaign",
                          (long long)loading->run, loading->path);
-    if (mr_block_get(&answers->block[answers->block_count], record, length) != MR_OK)
+    if (mr_block_decode(&answers->block[answers->block_count], record, length) != MR_OK)
         return error_set(
             loading->error, MR_MALFORMED,
             "block record %zu is damaged: RUN %lld of %s; use a different copy of the campaign",
@@ -298,8 +298,8 @@ static bool collect_commands(const struct board_messages *recorded, struct comma
                                      .argument = get_command_argument(recorded, &ack, &mark)};
         /* the board refused this command because of its key; the replayed board has no key and
          * would execute it */
-        if (mr_command_is_sender_refused(ack.status))
-            message.code = MR_COMMAND_NONE;
+        if (mr_status_is_sender_refused(ack.status))
+            message.code = MR_COMMAND_INVALID;
         commands->is_armed |= ack.code == MR_COMMAND_ARM && ack.status == MR_OK;
         fits = add_command(commands, ack.block, message) && fits;
     }
@@ -354,11 +354,11 @@ static enum mr_status put_runway(struct replay_writer *writer, struct store *sto
                    2 * input->survey_segment_count;
     for (unsigned i = 0; i < MR_RUNWAY_WORD_COUNT; i++)
         put_line(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_WORD, i,
-                 RUNWAY_COMMAND_TAG + i, mr_runway_word_argument(&state, i));
+                 RUNWAY_COMMAND_TAG + i, mr_runway_make_word_argument(&state, i));
     for (unsigned i = 0; i < 256 && 2 * i <= state.mats; i++)
         put_line(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_JOINTS, i,
                  RUNWAY_COMMAND_TAG + MR_RUNWAY_WORD_COUNT + i,
-                 mr_runway_joints_argument(&state, i));
+                 mr_runway_make_joints_argument(&state, i));
     put_line(writer, "command %zu %d 0 %u %" PRId32 "\n", block, MR_COMMAND_RUNWAY_TAKE,
              RUNWAY_COMMAND_TAG - 1u, (int32_t)mr_runway_crc(&state));
     return MR_OK;
@@ -447,9 +447,9 @@ static enum mr_status put_commands(struct replay_writer *writer, struct store *s
 static uint64_t compute_capture_tick(double board_us, int64_t tick, const struct mr_block *first,
                                      int64_t shift_blocks)
 {
-    uint32_t origin = mr_boardtime_origin(first->index, first->tick);
+    uint32_t origin = mr_boardtime_origin_tick(first->index, first->tick);
     uint32_t near_block = isnan(board_us) ? first->index : (uint32_t)(board_us / 1000.0);
-    int64_t ticks = mr_boardtime_ticks(origin, near_block, (uint32_t)tick) -
+    int64_t ticks = mr_boardtime_unwrap(origin, near_block, (uint32_t)tick) -
                     shift_blocks * (int64_t)MR_TICKS_PER_BLOCK;
     /* at the beginning of block 0, TIM2 has the value of the origin */
     return (uint64_t)(origin + ticks);
@@ -495,7 +495,7 @@ static void put_block(struct replay_writer *writer, struct mr_block block, int64
     char hex[2 * MR_BLOCK_BYTES_MAX + 1];
     block.index -= (uint32_t)shift_blocks;
     block.tick -= (uint32_t)shift_blocks * MR_TICKS_PER_BLOCK;
-    size_t length = mr_block_put(&block, record);
+    size_t length = mr_block_encode(&block, record);
     for (size_t i = 0; i < length; i++)
         snprintf(hex + 2 * i, 3, "%02x", record[i]);
     put_line(writer, "block %s\n", hex);

@@ -565,7 +565,7 @@ enum mr_status store_runway_put(struct store *store, int64_t run,
                                 struct error *error)
 {
     uint8_t image[MR_RUNWAY_IMAGE_BYTES];
-    mr_runway_write(state, 0, image);
+    mr_runway_encode(state, 0, image);
     const struct store_runway row = {.mats = state->mats,
                                      .landings = state->landings,
                                      .resistance = (double)state->scale,
@@ -589,7 +589,7 @@ enum mr_status store_runway_get(struct store *store, int64_t run, struct mr_pred
         return status == MR_TOO_FEW ? MR_OK : status;
     *source = row.source;
     *found = row.state.length == MR_RUNWAY_IMAGE_BYTES &&
-             mr_runway_read(state, &sequence, row.state.data) == MR_OK;
+             mr_runway_decode(state, &sequence, row.state.data) == MR_OK;
     sqlite3_reset(s);
     return *found
              ? MR_OK

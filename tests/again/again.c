@@ -390,7 +390,7 @@ static void take_backlog(struct again *again)
         again->next_backlog++;
     if (again->next_backlog < again->backlogs &&
         again->backlog[again->next_backlog].block == again->block) {
-        mr_predictor_choose_cheaper(&again->predictor);
+        mr_predictor_reduce_level(&again->predictor);
         again->result->backlogs++;
     }
 }
@@ -419,7 +419,7 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
     struct mr_predictor_input input;
     uint32_t ticks[MR_SWITCHES_WAITING_MAX];
     float displacement_in[MR_TRANSDUCERS];
-    if (again->over || mr_block_get(&block, record, length) != MR_OK)
+    if (again->over || mr_block_decode(&block, record, length) != MR_OK)
         return MR_OK;
     again->over = !follows(again, block.index);
     if (again->over)
@@ -437,7 +437,7 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
     read_transducers(again, &block, displacement_in);
     baseline_update(&again->baseline, displacement_in,
                     landing_is_quiet(&again->landing, block.index),
-                    predict_find_kept_zeros(&again->predictor, &again->landing));
+                    predict_find_frozen_zeros(&again->predictor, &again->landing));
     take_backlog(again);
     predict_compute_input(&again->motion, &again->landing, again->config.site[0].touchdown_ft,
                           &(struct predict_block){.index = block.index,

@@ -112,7 +112,7 @@ static void take(const struct sim_result *result, struct score_landing *landing,
         for (int j = 1; j <= SCORE_JOINTS; j++) {
             double opening_ft = gap_ft[j - 1] + (j <= SCORE_MATS ? u_ft[j] : 0.0) -
                                 (j > 1 ? u_ft[j - 1] : 0.0);
-            landing->gap_hmil[k][j - 1] = (uint16_t)(fmax(0.0, opening_ft) * 12e5 + 0.5);
+            landing->gap_counts[k][j - 1] = (uint16_t)(fmax(0.0, opening_ft) * 12e5 + 0.5);
         }
     }
     for (int j = 1; j <= SCORE_JOINTS; j++)

@@ -69,7 +69,7 @@ TEST(figures_are_those_of_appendix_c)
     static const double station_ft[] = {20.0, 80.0};
     static const double at_rest[] = {100.0, 100.0}, pushed[] = {135.0, 75.0},
                         left[] = {103.0, 99.0};
-    struct mr_band_figures figures;
+    struct mr_band_summary figures;
     set_up(station_ft, 2, 100.0f);
     play(at_rest, 2, 150, true, (double)NAN);
     for (int s = 1; s <= 50; s++) /* over 200 ms, as the gear comes */
@@ -79,7 +79,7 @@ TEST(figures_are_those_of_appendix_c)
         play((const double[]){135.0 - 0.64 * s, 75.0 + 0.48 * s}, 2, 1, false, 60.0);
     play(left, 2, 200, false, 60.0);
     mr_bands_end(&bands);
-    mr_bands_get_figures(&bands, 0, &figures);
+    mr_bands_get_summary(&bands, 0, &figures);
     assert_int_equal(finds, 0);
     assert_int_equal(figures.gages, 2);
     assert_near(figures.before_lb, 100.0, 1e-4);
@@ -96,7 +96,7 @@ TEST(figures_are_those_of_appendix_c)
     assert_near(figures.change_error_lb, 0.0158114, 1e-4);
     assert_near(figures.min_error_lb, sqrt(0.25 + 0.75 * 0.75), 1e-4);
     assert_near(figures.max_error_lb, sqrt(0.25 + 1.35 * 1.35), 1e-4);
-    mr_bands_get_figures(&bands, 1, &figures);
+    mr_bands_get_summary(&bands, 1, &figures);
     assert_int_equal(figures.gages, 0);
     assert_true(isnan(figures.before_lb) && isnan(figures.min.tension_lb) &&
                 isnan(figures.change_lb));
@@ -230,12 +230,12 @@ TEST(overload_is_told_once)
 TEST(a_gage_without_a_reading_takes_no_part)
 {
     static const double station_ft[] = {20.0, 50.0, 80.0};
-    struct mr_band_figures figures;
+    struct mr_band_summary figures;
     set_up(station_ft, 3, 100.0f);
     play((const double[]){100.0, (double)NAN, 104.0}, 3, 150, true, (double)NAN);
     play((const double[]){101.0, (double)NAN, 103.0}, 3, 150, false, 50.0);
     mr_bands_end(&bands);
-    mr_bands_get_figures(&bands, 0, &figures);
+    mr_bands_get_summary(&bands, 0, &figures);
     assert_int_equal(finds, 0);
     assert_int_equal(figures.gages, 2);
     assert_near(figures.before_lb, 102.0, 1e-4);
@@ -305,7 +305,7 @@ TEST(the_recorded_landings_raise_nothing)
     for (unsigned l = 0; l < 3; l++) {
         struct run *run = load(landings[l]);
         double least = 1e9;
-        struct mr_band_figures figures;
+        struct mr_band_summary figures;
         memset(gage, 0, sizeof gage);
         memset(band, 0, sizeof band);
         finds = 0;
@@ -330,7 +330,7 @@ TEST(the_recorded_landings_raise_nothing)
             keep(mr_bands_update(&bands, tension_lb, quiet, quiet ? NAN : 0.0f, (uint32_t)k + 3u));
         }
         mr_bands_end(&bands);
-        mr_bands_get_figures(&bands, 0, &figures);
+        mr_bands_get_summary(&bands, 0, &figures);
         printf("# landing %d: band 1 %.1f lb before, least %.1f at gage %u, most %.1f at gage %u, "
                "after %.1f\n",
                landings[l], (double)figures.before_lb, (double)figures.min.tension_lb,
@@ -602,7 +602,7 @@ TEST(no_more_than_16_findings_come_of_one_step)
 TEST(a_band_below_zero_is_not_slack_of_nothing)
 {
     static const double station_ft[] = {20.0, 80.0};
-    struct mr_band_figures figures;
+    struct mr_band_summary figures;
     set_up(station_ft, 2, 5.0f);
     play((const double[]){-0.2, -0.4}, 2, MR_BANDS_GROUP_STEPS, true, (double)NAN);
     unsigned before = findings_of(MR_BAND_LOOSE) + findings_of(MR_BAND_SLACK);
@@ -611,7 +611,7 @@ TEST(a_band_below_zero_is_not_slack_of_nothing)
     play((const double[]){0.3, 0.1}, 2, 100, false, 30.0);
     play((const double[]){4.3, 4.1}, 2, 100, false, 30.0); /* less than 5 lb is no sudden change */
     mr_bands_end(&bands);
-    mr_bands_get_figures(&bands, 0, &figures);
+    mr_bands_get_summary(&bands, 0, &figures);
     assert_int_equal(finds, 0);
     assert_near(figures.before_lb, -0.3, 1e-5);
 }

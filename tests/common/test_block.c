@@ -84,14 +84,14 @@ TEST(record_has_the_layout_of_the_header)
     fill(2100, 1990, 1000);
     transducers[0][7] = 4095;
     mr_block_from_scans(&block, 0x01020304, 0xa0b0c0d0, transducers, adc1);
-    size_t length = mr_block_put(&block, out);
+    size_t length = mr_block_encode(&block, out);
     assert_int_equal(length, 79);
     /* 4 * 2100 = 8400 = 0x20d0 */
     const uint8_t head[] = {0x04, 0x03, 0x02, 0x01, 0xd0, 0xc0, 0xb0, 0xa0, 0, 0, 0, 0xd0, 0x20};
     assert_memory_equal(out, head, sizeof head);
     const uint8_t tail[] = {0x80, 0x00, 0x00, 0x01}; /* channel 7; none low, one high */
     assert_memory_equal(out + 75, tail, sizeof tail);
-    assert_int_equal(mr_block_get(&got, out, length), MR_OK);
+    assert_int_equal(mr_block_decode(&got, out, length), MR_OK);
     assert_memory_equal(&got, &block, sizeof got);
 }
 
@@ -99,18 +99,18 @@ TEST(damaged_records_are_refused)
 {
     struct mr_block block = {.index = 1}, got;
     uint8_t out[MR_BLOCK_BYTES_MAX + 1] = {0};
-    size_t length = mr_block_put(&block, out);
+    size_t length = mr_block_encode(&block, out);
     assert_int_equal(length, 78);
-    assert_int_equal(mr_block_get(&got, out, length - 1), MR_TRUNCATED);
-    assert_int_equal(mr_block_get(&got, out, length + 1), MR_TOO_LONG);
+    assert_int_equal(mr_block_decode(&got, out, length - 1), MR_TRUNCATED);
+    assert_int_equal(mr_block_decode(&got, out, length + 1), MR_TOO_LONG);
     out[75] = 1; /* channel 0 announced, its byte not there */
-    assert_int_equal(mr_block_get(&got, out, length), MR_TRUNCATED);
+    assert_int_equal(mr_block_decode(&got, out, length), MR_TRUNCATED);
     out[78] = 0x54; /* 5 low and 4 high of 8 */
-    assert_int_equal(mr_block_get(&got, out, length + 1), MR_MALFORMED);
+    assert_int_equal(mr_block_decode(&got, out, length + 1), MR_MALFORMED);
     out[78] = 0x00; /* announced, and then none */
-    assert_int_equal(mr_block_get(&got, out, length + 1), MR_MALFORMED);
+    assert_int_equal(mr_block_decode(&got, out, length + 1), MR_MALFORMED);
     out[78] = 0x44;
-    assert_int_equal(mr_block_get(&got, out, length + 1), MR_OK);
+    assert_int_equal(mr_block_decode(&got, out, length + 1), MR_OK);
 }
 
 /* The channels that are there read as they would beside all others, for every count of them on both
@@ -140,7 +140,7 @@ TEST(some_channels_are_summed_like_all)
                     *(transducer ? &some_transducers[at[0]++] : &some_others[at[1]++]) = code;
             }
         }
-        mr_scan_plan(&scan, absent);
+        mr_scan_select_channels(&scan, absent);
         assert_int_equal(scan.transducer_count * MR_SCANS_PER_BLOCK, at[0]);
         assert_int_equal(scan.other_count * MR_SCANS_PER_BLOCK, at[1]);
         mr_block_from_scans(&all, 3, 4, transducers, adc1);
@@ -157,10 +157,10 @@ TEST(some_channels_are_summed_like_all)
                 assert_int_equal(some.sum[c - 8], there ? all.sum[c - 8] : 0);
             }
         }
-        size_t length = mr_block_put(&some, out);
+        size_t length = mr_block_encode(&some, out);
         /* two sums of a transducer, one of another, 2 bytes each */
         assert_true(length >= 14u + at[0] / 2 + at[1] / 4);
-        assert_int_equal(mr_block_get(&got, out, length), MR_OK);
+        assert_int_equal(mr_block_decode(&got, out, length), MR_OK);
         assert_memory_equal(&got, &some, sizeof got);
     }
 }
@@ -173,17 +173,17 @@ TEST(a_record_of_switches_alone_is_18_bytes)
     block.sum[MR_ADC1_REFERENCE] = 0x6655;
     const uint8_t by_hand[] = {0x11, 0,    0,    0,    0x22, 0,    0, 0, 0xff,
                                0xff, 0x3f, 0x33, 0x44, 0x55, 0x66, 0, 0, 0};
-    assert_int_equal(mr_block_put(&block, out), sizeof by_hand);
+    assert_int_equal(mr_block_encode(&block, out), sizeof by_hand);
     assert_memory_equal(out, by_hand, sizeof by_hand);
-    assert_int_equal(mr_block_get(&got, out, sizeof by_hand), MR_OK);
-    assert_int_equal(mr_block_get(&got, out, sizeof by_hand - 1), MR_TRUNCATED);
+    assert_int_equal(mr_block_decode(&got, out, sizeof by_hand), MR_OK);
+    assert_int_equal(mr_block_decode(&got, out, sizeof by_hand - 1), MR_TRUNCATED);
     out[10] = 0x7f; /* no staircase */
-    assert_int_equal(mr_block_get(&got, out, sizeof by_hand), MR_MALFORMED);
+    assert_int_equal(mr_block_decode(&got, out, sizeof by_hand), MR_MALFORMED);
     out[10] = 0x3f;
     out[15] = 1; /* counts of a channel that is absent */
-    assert_int_equal(mr_block_get(&got, out, sizeof by_hand + 1), MR_MALFORMED);
+    assert_int_equal(mr_block_decode(&got, out, sizeof by_hand + 1), MR_MALFORMED);
     out[8] = 0xfe; /* transducer 1 is there, its sums are not */
-    assert_int_equal(mr_block_get(&got, out, sizeof by_hand), MR_TRUNCATED);
+    assert_int_equal(mr_block_decode(&got, out, sizeof by_hand), MR_TRUNCATED);
 }
 
 /* 0.5 V/in with 3.3 V and 4096 codes: 620.61 codes an inch; half difference (2100 - 1990) / 2 = 55

@@ -19,7 +19,7 @@ TEST(a_key_and_a_still_block_by_hand)
     uint8_t bits[MR_PACK_BYTES_MAX];
     /* tag 2, kind 1: 0b00110; then 1 in 32 bits, 0x80000002 in 32: 69 bits from the lowest on */
     const uint8_t key[] = {0x26, 0, 0, 0, 0x40, 0, 0, 0, 0x10};
-    assert_int_equal(mr_pack_block_key(&pack, &block, bits), 69);
+    assert_int_equal(mr_pack_key_block(&pack, &block, bits), 69);
     assert_memory_equal(bits, key, sizeof key);
     /* tag 0; the mean begins at 8, so k = 3: zero is a one and three zeroes, 32 times: 130 bits */
     assert_int_equal(mr_pack_block(&pack, &block, bits), 130);
@@ -41,17 +41,17 @@ TEST(what_is_absent_costs_no_bits)
     struct mr_pack pack;
     struct mr_block block = {.index = 1, .tick = 2, .absent = 0x3fffff};
     uint8_t bits[MR_PACK_BYTES_MAX];
-    assert_int_equal(mr_pack_block_key(&pack, &block, bits), 69 + 29);
+    assert_int_equal(mr_pack_key_block(&pack, &block, bits), 69 + 29);
     assert_int_equal(bits[8] >> 5 | (bits[9] & 3u) << 3, 2 | 5 << 2);
     assert_int_equal((bits[9] >> 2 | bits[10] << 6 | bits[11] << 14 | bits[12] << 22) & 0xffffff,
                      0x3fffff);
-    assert_true(mr_pack_can_follow(&pack, &block));
+    assert_true(mr_pack_can_omit_key(&pack, &block));
     assert_int_equal(mr_pack_block(&pack, &block, bits), 2 + 2 * 4);
     block.index = 2;
     block.tick += MR_TICKS_PER_BLOCK;
-    assert_true(mr_pack_can_follow(&pack, &block));
+    assert_true(mr_pack_can_omit_key(&pack, &block));
     block.absent = 0x3ffffe; /* another set of channels needs a key */
-    assert_false(mr_pack_can_follow(&pack, &block));
+    assert_false(mr_pack_can_omit_key(&pack, &block));
     /* and so does a mask: kind 5 where there is no key, or without a staircase */
     struct mr_record record;
     struct mr_pack unpack = {0};
@@ -131,8 +131,8 @@ TEST(every_block_comes_back)
         if (draw(200) == 0)
             absent = draw(2) ? draw(1u << 22) : 0;
         leave_out(&sent[n], absent);
-        if (!mr_pack_can_follow(&pack, &sent[n]))
-            count[0] = mr_pack_block_key(&pack, &sent[n], bits[0]);
+        if (!mr_pack_can_omit_key(&pack, &sent[n]))
+            count[0] = mr_pack_key_block(&pack, &sent[n], bits[0]);
         count[1] = mr_pack_block(&pack, &sent[n], bits[1]);
         assert_true(count[1] <= MR_PACK_BYTES_MAX * 8u);
         for (unsigned part = 0; part < 2; part++) {
@@ -158,7 +158,7 @@ TEST(no_codes_exceed_the_bound)
     uint8_t bits[MR_PACK_BYTES_MAX];
     size_t white = 0, quiet = 0;
     random_state = 2;
-    mr_pack_block_key(&pack, &block, bits);
+    mr_pack_key_block(&pack, &block, bits);
     for (unsigned n = 0; n < 20000; n++) {
         enum look look = n < 5000  ? QUIET
                        : n < 10000 ? WHITE
@@ -187,7 +187,7 @@ TEST(what_is_cut_off_or_none_is_refused)
     struct mr_record record;
     uint8_t key[MR_PACK_BYTES_MAX], bits[MR_PACK_BYTES_MAX];
     size_t at = 0;
-    size_t key_bits = mr_pack_block_key(&pack, &block, key);
+    size_t key_bits = mr_pack_key_block(&pack, &block, key);
     size_t count = mr_pack_block(&pack, &block, bits);
     assert_int_equal(mr_unpack_record(&unpack, bits, count, &at, &record),
                      MR_MALFORMED); /* no key */

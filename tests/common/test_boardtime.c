@@ -26,11 +26,12 @@ TEST(a_capture_is_placed_exactly_however_long_ago_the_origin_was_learnt)
         /* another block, hours away: all between may be lost */
         wide learnt = (wide)draw(HOURS * 3600000ull);
         wide ticks = block * 84000 + (wide)draw(2ull * HALF_ROUND_TICKS) - (wide)HALF_ROUND_TICKS;
-        uint32_t origin = mr_boardtime_origin((uint32_t)learnt, (uint32_t)(begin + learnt * 84000));
+        uint32_t origin = mr_boardtime_origin_tick((uint32_t)learnt,
+                                                   (uint32_t)(begin + learnt * 84000));
         assert_int_equal(origin, (uint32_t)begin);
-        assert_int_equal(mr_boardtime_tick(origin, (uint32_t)block),
+        assert_int_equal(mr_boardtime_block_tick(origin, (uint32_t)block),
                          (uint32_t)(begin + block * 84000));
-        assert_true(mr_boardtime_ticks(origin, (uint32_t)block, (uint32_t)(begin + ticks)) ==
+        assert_true(mr_boardtime_unwrap(origin, (uint32_t)block, (uint32_t)(begin + ticks)) ==
                     ticks);
     }
 }
@@ -46,7 +47,7 @@ TEST(time_only_goes_forward_over_wraps_and_losses)
     while (block < 6 * 3600000) {
         wide ticks = block * 84000 + (wide)draw(84000);
         uint32_t tick = (uint32_t)(2352 + ticks);
-        int64_t found = mr_boardtime_ticks(origin, (uint32_t)block, tick);
+        int64_t found = mr_boardtime_unwrap(origin, (uint32_t)block, tick);
         assert_true(found == ticks && found > last_ticks);
         wraps += (2352 + (wide)last_ticks) >> 32 != (2352 + ticks) >> 32;
         last_ticks = found;
@@ -58,11 +59,11 @@ TEST(time_only_goes_forward_over_wraps_and_losses)
 /* By hand: 84 ticks are a microsecond; the counter comes round after 4294967296 / 84 us. */
 TEST(known_moments)
 {
-    assert_int_equal(mr_boardtime_ticks(2352, 0, 2352), 0);
-    assert_int_equal(mr_boardtime_ticks(2352, 0, 2351), -1);
-    assert_int_equal(mr_boardtime_ticks(2352, 51130, 2352 + 51130u * 84000u), 4294920000);
+    assert_int_equal(mr_boardtime_unwrap(2352, 0, 2352), 0);
+    assert_int_equal(mr_boardtime_unwrap(2352, 0, 2351), -1);
+    assert_int_equal(mr_boardtime_unwrap(2352, 51130, 2352 + 51130u * 84000u), 4294920000);
     /* 4294967296 + 1000 - 2352 */
-    assert_int_equal(mr_boardtime_ticks(2352, 51131, 1000), 4294965944);
-    assert_true(mr_boardtime_ticks(0, UINT32_MAX, UINT32_MAX * 84000u + 5u) ==
+    assert_int_equal(mr_boardtime_unwrap(2352, 51131, 1000), 4294965944);
+    assert_true(mr_boardtime_unwrap(0, UINT32_MAX, UINT32_MAX * 84000u + 5u) ==
                 (int64_t)UINT32_MAX * 84000 + 5);
 }

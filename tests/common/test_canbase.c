@@ -5,13 +5,13 @@
 
 TEST(they_come_back_whatever_the_base)
 {
-    assert_int_equal(mr_can_to_bus(MR_ID_HELLO, 0x190), 0x380);
-    assert_int_equal(mr_can_to_bus(MR_ID_COMMAND, 0x190), 0x590);
+    assert_int_equal(mr_can_id_to_bus(MR_ID_HELLO, 0x190), 0x380);
+    assert_int_equal(mr_can_id_to_bus(MR_ID_COMMAND, 0x190), 0x590);
     for (unsigned base = 0; base < 0x800; base++) {
         for (unsigned id = 0; id < 0x800; id += 7) {
-            unsigned on_bus = mr_can_to_bus((uint16_t)id, (uint16_t)base);
+            unsigned on_bus = mr_can_id_to_bus((uint16_t)id, (uint16_t)base);
             assert_true(on_bus < 0x800);
-            assert_int_equal(mr_can_from_bus((uint16_t)on_bus, (uint16_t)base), id);
+            assert_int_equal(mr_can_id_from_bus((uint16_t)on_bus, (uint16_t)base), id);
         }
     }
 }

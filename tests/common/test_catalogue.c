@@ -87,13 +87,13 @@ static unsigned size_of(const char *type)
     return (unsigned)strtoul(type + 1, NULL, 10) / 8;
 }
 
-static void check_real(float value, float per_unit, const char *type, const uint8_t *bytes)
+static void check_real(float value, float counts_per_unit, const char *type, const uint8_t *bytes)
 {
     int64_t counts = integer_of(type, bytes);
     if (counts == (type[0] == 'i' ? -32768 : 65535))
         assert_true(isnan(value));
     else
-        assert_near((double)value * (double)per_unit, (double)counts, 0.01);
+        assert_near((double)value * (double)counts_per_unit, (double)counts, 0.01);
 }
 
 static void check_float(float value, const uint8_t *bytes)
@@ -121,8 +121,8 @@ static void check_float(float value, const uint8_t *bytes)
 #define INTEGER(name, type, field, unit, text)                       \
         assert_true(message.field == integer_of(#type, bytes + at)); \
         at += size_of(#type);
-#define REAL(name, type, field, per_unit, unit, text)           \
-        check_real(message.field, per_unit, #type, bytes + at); \
+#define REAL(name, type, field, counts_per_unit, unit, text)           \
+        check_real(message.field, counts_per_unit, #type, bytes + at); \
         at += size_of(#type);
 #define FLOAT(name, field, unit, text)          \
         check_float(message.field, bytes + at); \
@@ -362,7 +362,7 @@ static uint32_t sum_of_the_fields(void)
         for (unsigned f = 0; f < messages[m].field_count; f++) {
             const struct mr_field_info *field = &messages[m].fields[f];
             snprintf(text, sizeof text, "%u %u %u %g ", field->offset, field->size, field->type,
-                     (double)field->per_unit);
+                     (double)field->counts_per_unit);
             add_text(&sum, field->name);
             add_text(&sum, text);
             add_text(&sum, field->unit);

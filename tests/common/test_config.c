@@ -159,7 +159,7 @@ TEST(what_is_wrong_has_a_name)
 static void is_refused(const struct mr_config *c, unsigned group, unsigned index, unsigned field,
                        unsigned element, unsigned rule)
 {
-    struct mr_config_reason r = {0};
+    struct mr_config_violation r = {0};
     assert_int_equal(mr_config_check(c, &r), MR_LIMIT);
     if (r.group != group || r.index != index || r.field != field || r.element != element ||
         r.rule != rule)
@@ -227,7 +227,7 @@ static void refuse_text(char *text, unsigned size, unsigned g, unsigned i, unsig
 
 TEST(every_limit_is_refused_with_its_reason)
 {
-    struct mr_config_reason reason;
+    struct mr_config_violation reason;
     broken = sound_config();
     assert_int_equal(mr_config_check(&broken, &reason), MR_OK);
     unsigned g = 0, f = 0, limits = 0;
@@ -279,7 +279,7 @@ TEST(a_base_keeps_all_messages_within_11_bits)
 #define RIGHT(change)                                           \
     do {                                                        \
         struct mr_config c = sound_config();                    \
-        struct mr_config_reason reason_;                        \
+        struct mr_config_violation reason_;                     \
         change;                                                 \
         assert_int_equal(mr_config_check(&c, &reason_), MR_OK); \
         assert_int_equal(reason_.rule, MR_RULE_NONE);           \
@@ -311,7 +311,7 @@ TEST(channels_go_with_their_place)
     WRONG(c.channel[22].kind = MR_KIND_NONE, channel, 22, kind, 0, WRONG_INPUT);
     WRONG(c.channel[23].kind = MR_KIND_NONE, channel, 23, kind, 0, WRONG_INPUT);
     RIGHT(memset(c.gate, 0, sizeof c.gate); c.channel[22].kind = MR_KIND_NONE);
-    WRONG(c.channel[4].number = 2, channel, 4, number, 0, NUMBER_TAKEN);
+    WRONG(c.channel[4].number = 2, channel, 4, number, 0, NUMBER_IN_USE);
     WRONG(c.channel[20].number = 0, channel, 20, number, 0, MUST_NOT_BE_ZERO);
     RIGHT(c.channel[1].kind = MR_KIND_NONE; c.channel[4].number = 2);
     WRONG(c.channel[11].unit_per_code = 0.0f, channel, 11, unit_per_code, 0, MUST_NOT_BE_ZERO);

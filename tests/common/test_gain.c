@@ -124,7 +124,7 @@ TEST(a_table_is_part_of_the_gain)
 TEST(a_configuration_is_refused_by_channel)
 {
     struct mr_config c = sound_config();
-    struct mr_config_reason reason;
+    struct mr_config_violation reason;
     c.channel[2].unit_per_code = 25.4f * 0.0016113281f;
     assert_int_equal(mr_config_check(&c, &reason), MR_LIMIT);
     assert_int_equal(reason.group, MR_GROUP_channel);

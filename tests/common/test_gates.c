@@ -97,7 +97,7 @@ TEST(errors_are_the_textbook_ones)
             gates[i] = (struct mr_gate){.t_s = i, .station_ft = 30.0 * i - 2.0 * i * i};
         double m = n;
         assert_int_equal(mr_gates_fit(gates, n, 2, s, &fit), MR_OK);
-        mr_gates_motion_at(&fit, 0.5 * (m - 1.0), &motion);
+        mr_gates_motion_at_time(&fit, 0.5 * (m - 1.0), &motion);
         assert_near(motion.speed_ft_s.error, s * sqrt(12.0 / (m * (m * m - 1.0))), 1e-12);
         assert_near(motion.deceleration_ft_s2.error,
                     2.0 * s * sqrt(180.0 / (m * (m * m - 1.0) * (m * m - 4.0))), 1e-12);
@@ -307,7 +307,7 @@ TEST(the_lowest_order_that_is_enough_is_taken)
         }
         assert_int_equal(mr_gates_fit_best(gates, 20, SWITCH_ERROR_FT, &fit), MR_OK);
         assert_int_equal(fit.order, order);
-        mr_gates_motion_at(&fit, 2.0, &motion);
+        mr_gates_motion_at_time(&fit, 2.0, &motion);
         double speed = c[1] + 4.0 * c[2] + (order > 2 ? 12.0 * c[3] : 0.0) +
                        (order > 3 ? 32.0 * c[4] : 0.0);
         double rise = 2.0 * c[2] + (order > 2 ? 12.0 * c[3] : 0.0) +

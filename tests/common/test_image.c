@@ -28,7 +28,7 @@ TEST(reads_and_writes_the_layout)
     uint8_t head[MR_IMAGE_HEAD_BYTES], again[MR_IMAGE_HEAD_BYTES];
     struct mr_image image;
     make_head(head);
-    assert_int_equal(mr_image_get(&image, head), MR_OK);
+    assert_int_equal(mr_image_decode(&image, head), MR_OK);
     assert_int_equal(image.program_start, 0x08010000);
     assert_int_equal(image.program_end, 0x0801e018);
     assert_int_equal(image.program_crc, 0xdeadbeef);
@@ -40,7 +40,7 @@ TEST(reads_and_writes_the_layout)
     assert_int_equal(image.commit_more, 0xb3a3);
     memcpy(again, head, MR_IMAGE_OFFSET);
     image.header_crc = 0;
-    mr_image_put(&image, again);
+    mr_image_encode(&image, again);
     assert_memory_equal(again, head, sizeof head);
 }
 
@@ -55,10 +55,10 @@ TEST(every_single_bit_is_noticed)
         enum mr_status expected = bit / 8 - MR_IMAGE_OFFSET < 4 ? MR_UNKNOWN
                                 : bit / 8 - MR_IMAGE_OFFSET < 8 ? MR_VERSION
                                                                 : MR_CRC;
-        assert_int_equal(mr_image_get(&image, head), expected);
+        assert_int_equal(mr_image_decode(&image, head), expected);
         head[bit / 8] ^= (uint8_t)(1u << bit % 8);
     }
-    assert_int_equal(mr_image_get(&image, head), MR_OK);
+    assert_int_equal(mr_image_decode(&image, head), MR_OK);
 }
 
 TEST(a_program_out_of_flash_is_refused)
@@ -68,8 +68,8 @@ TEST(a_program_out_of_flash_is_refused)
     for (unsigned i = 0; i < 3; i++) {
         uint8_t head[MR_IMAGE_HEAD_BYTES] = {0};
         struct mr_image image = {.program_start = places[i][0], .program_end = places[i][1]};
-        mr_image_put(&image, head);
-        assert_int_equal(mr_image_get(&image, head), MR_MALFORMED);
+        mr_image_encode(&image, head);
+        assert_int_equal(mr_image_decode(&image, head), MR_MALFORMED);
     }
 }
 

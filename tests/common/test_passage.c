@@ -57,16 +57,16 @@ TEST_IN(two_edges_along_the_runway_are_a_landing, begin, NULL)
 {
     struct mr_passage_changes news = open_after(1, 0.0);
     assert_false(news.has_started_landing || news.has_new_gate || news.has_new_pushback);
-    assert_true(mr_passage_is_unclear(&passage, block_after(2.9)));
+    assert_true(mr_passage_is_ambiguous(&passage, block_after(2.9)));
     /* 5 ft at 2 ft/s take 2.5 s: nothing is coming */
-    assert_false(mr_passage_is_unclear(&passage, block_after(3.1)));
+    assert_false(mr_passage_is_ambiguous(&passage, block_after(3.1)));
     news = open_after(2, 0.25); /* 20 ft/s */
     assert_true(news.has_started_landing && news.has_new_gate);
     assert_int_equal(passage.gates, 2);
     assert_near(passage.gate[1].t_s, 0.25, 1e-7);
     assert_near(passage.entry_ft_s, 20.0, 1e-5);
     assert_int_equal(passage.events, 0);
-    assert_false(mr_passage_is_unclear(&passage, block_after(0.1)));
+    assert_false(mr_passage_is_ambiguous(&passage, block_after(0.1)));
     /* a landing is not given up by waiting */
     assert_false(mr_passage_on_block(&passage, block_after(31.0)));
     assert_int_equal(passage.state, MR_PASSAGE_ROLLING);
@@ -125,7 +125,7 @@ TEST_IN(a_handful_of_strays_is_remembered, begin, NULL)
     assert_int_equal(notes_of(2, MR_SWITCH_OUT_OF_ORDER), 1);
     assert_true(mr_passage_on_block(&passage, block_after(30.001)));
     for (unsigned i = 1; i < 4; i++)
-        assert_int_equal(notes_of(strays[i], MR_SWITCH_ALONE), 1);
+        assert_int_equal(notes_of(strays[i], MR_SWITCH_SINGLE), 1);
     assert_int_equal(passage.events, 4);
     assert_int_equal(passage.state, MR_PASSAGE_NONE);
     assert_int_equal(passage.pushbacks, 0);
@@ -141,11 +141,11 @@ TEST_IN(pushed_backward_is_one_pushback, begin, NULL)
     assert_int_equal(passage.pushed_position, 7);
     assert_false(open_after(6, 5.0).has_new_pushback); /* the same one */
     assert_int_equal(passage.pushbacks, 1);
-    assert_true(mr_passage_is_unclear(&passage, block_after(29.0)));
+    assert_true(mr_passage_is_ambiguous(&passage, block_after(29.0)));
     assert_false(mr_passage_on_block(&passage, block_after(29.9)));
     assert_true(mr_passage_on_block(&passage, block_after(30.1)));
     assert_int_equal(notes_of(6, MR_SWITCH_REVERSE), 1);
-    assert_false(mr_passage_is_unclear(&passage, block_after(30.2)));
+    assert_false(mr_passage_is_ambiguous(&passage, block_after(30.2)));
     open_after(8, 40.0);
     assert_true(open_after(7, 5.0).has_new_pushback); /* another one */
     assert_int_equal(passage.pushbacks, 2);

@@ -37,8 +37,8 @@ static struct mr_risk_plan even(void)
     struct mr_risk_plan plan;
     mr_risk_plan_clear(&plan);
     plan.speed_ft_s = 30.0f;
-    plan.knot_s[0] = 0.0f;
-    plan.knot_ft_s2[0] = 6.0f;
+    plan.plan_time_s[0] = 0.0f;
+    plan.plan_deceleration_ft_s2[0] = 6.0f;
     return plan;
 }
 
@@ -46,11 +46,11 @@ static struct mr_risk_plan charted(float landings)
 {
     struct mr_risk_plan plan = even();
     plan.landings = landings;
-    plan.row_ft_s2[0] = 4.0f;
-    plan.row_ft_s2[1] = 8.0f;
-    plan.row_log_odds[0] = -1.0f;
-    plan.row_log_odds[1] = 2.0f;
-    plan.row_ft[1] = 70.0f;
+    plan.chart_deceleration_ft_s2[0] = 4.0f;
+    plan.chart_deceleration_ft_s2[1] = 8.0f;
+    plan.chart_log_odds[0] = -1.0f;
+    plan.chart_log_odds[1] = 2.0f;
+    plan.chart_zone_ft[1] = 70.0f;
     return plan;
 }
 
@@ -100,9 +100,9 @@ TEST(a_plan_is_a_list_of_numbers)
     assert_false(mr_risk_plan_set_item(&copy, MR_RISK_PLAN_ITEM_COUNT, 1.0f));
     assert_true(isnan(mr_risk_plan_get_item(&copy, MR_RISK_PLAN_ITEM_COUNT)));
     assert_int_equal(mr_risk_plan_crc(&plan), mr_risk_plan_crc(&copy));
-    assert_true(copy.row_log_odds[1] == 2.0f && copy.knot_ft_s2[0] == 6.0f &&
+    assert_true(copy.chart_log_odds[1] == 2.0f && copy.plan_deceleration_ft_s2[0] == 6.0f &&
                 copy.landings == 3.0f);
-    copy.row_log_odds[1] = 2.0000002f;
+    copy.chart_log_odds[1] = 2.0000002f;
     assert_int_not_equal(mr_risk_plan_crc(&plan), mr_risk_plan_crc(&copy));
 }
 
@@ -119,15 +119,15 @@ TEST(what_makes_no_sense_is_no_plan)
     } while (0)
     WRONG(p.speed_ft_s = NAN);
     WRONG(p.speed_ft_s = -30.0f);
-    WRONG(p.knot_s[0] = NAN);
-    WRONG(p.knot_ft_s2[0] = 0.0f);
-    WRONG(p.knot_ft_s2[0] = 100.0f);
-    WRONG(p.knot_s[1] = 0.0f; p.knot_ft_s2[1] = 6.0f);
-    WRONG(p.row_ft_s2[1] = 3.0f);
-    WRONG(p.row_log_odds[0] = NAN);
-    WRONG(p.row_log_odds[0] = INFINITY);
+    WRONG(p.plan_time_s[0] = NAN);
+    WRONG(p.plan_deceleration_ft_s2[0] = 0.0f);
+    WRONG(p.plan_deceleration_ft_s2[0] = 100.0f);
+    WRONG(p.plan_time_s[1] = 0.0f; p.plan_deceleration_ft_s2[1] = 6.0f);
+    WRONG(p.chart_deceleration_ft_s2[1] = 3.0f);
+    WRONG(p.chart_log_odds[0] = NAN);
+    WRONG(p.chart_log_odds[0] = INFINITY);
     WRONG(p.landings = NAN);
-    WRONG(p.row_ft[0] = 1e9f);
+    WRONG(p.chart_zone_ft[0] = 1e9f);
 }
 
 TEST(nobody_knows_before_it_rolls)
@@ -138,13 +138,13 @@ TEST(nobody_knows_before_it_rolls)
     mr_predictor_get_zone(&predictor, &zone);
     mr_risk_compute(&risk, &predictor, &zone, &said);
     assert_true(isnan(said.risk));
-    assert_int_equal(said.reason, MR_RISK_NOT_KNOWN);
-    assert_int_equal(said.basis & (MR_RISK_OF_PLAN | MR_RISK_NO_MOTION), MR_RISK_NO_MOTION);
+    assert_int_equal(said.reason, MR_RISK_UNKNOWN);
+    assert_int_equal(said.basis & (MR_RISK_PLAN_USED | MR_RISK_NO_MOTION), MR_RISK_NO_MOTION);
     struct mr_risk_plan plan = charted(0.0f);
     begin(&plan); /* but by chart and plan */
     mr_risk_compute(&risk, &predictor, &zone, &said);
     assert_true(said.risk > 0.0f && said.risk < 1.0f);
-    assert_int_equal(said.basis & 15u, MR_RISK_OF_PLAN | MR_RISK_OF_CHART);
+    assert_int_equal(said.basis & 15u, MR_RISK_PLAN_USED | MR_RISK_CHART_USED);
     /* 6 lies in the middle of 4 and 8 */
     is_near((double)said.input[MR_RISK_CHART], 0.5, 0.02);
 }
@@ -157,22 +157,24 @@ TEST(a_plan_that_is_met_tells_the_way)
     /* 18 ft/s are left: 27 ft */
     is_near((double)risk.stopping_distance_ft, 27.0, 0.3);
     is_near((double)said.input[MR_RISK_BRAKING] * 6.0, 6.0, 0.1);
-    assert_int_equal(said.basis & (MR_RISK_OF_PLAN | MR_RISK_PLAN_LEFT), MR_RISK_OF_PLAN);
+    assert_int_equal(said.basis & (MR_RISK_PLAN_USED | MR_RISK_PLAN_NOT_FOLLOWED),
+                     MR_RISK_PLAN_USED);
     begin(&plan); /* a quarter harder than planned: so is what is to come */
     said = roll(30.0, 7.5, 2001);
     is_near((double)said.input[MR_RISK_BRAKING] * 6.0, 7.5, 0.1);
     is_near((double)risk.stopping_distance_ft, 15.0, 0.3);
-    assert_int_equal(said.basis & (MR_RISK_OF_PLAN | MR_RISK_PLAN_LEFT), MR_RISK_OF_PLAN);
+    assert_int_equal(said.basis & (MR_RISK_PLAN_USED | MR_RISK_PLAN_NOT_FOLLOWED),
+                     MR_RISK_PLAN_USED);
 }
 
 TEST(hard_braking_that_is_planned_counts)
 {
     struct mr_risk_plan plan = even();
-    plan.knot_ft_s2[0] = 3.0f;
-    plan.knot_s[1] = 3.0f;
-    plan.knot_ft_s2[1] = 3.0f;
-    plan.knot_s[2] = 3.2f;
-    plan.knot_ft_s2[2] = 12.0f;
+    plan.plan_deceleration_ft_s2[0] = 3.0f;
+    plan.plan_time_s[1] = 3.0f;
+    plan.plan_deceleration_ft_s2[1] = 3.0f;
+    plan.plan_time_s[2] = 3.2f;
+    plan.plan_deceleration_ft_s2[2] = 12.0f;
     begin(&plan);
     struct mr_risk_report said = roll(30.0, 3.0, 2001);
     is_near((double)said.input[MR_RISK_BRAKING] * 6.0, 12.0, 0.2);
@@ -186,15 +188,16 @@ TEST(a_plan_that_is_not_met_is_left)
     begin(&plan);
     struct mr_risk_report said = roll(30.0, 12.0,
                                       601); /* by then the plan would have lost 3.6 ft/s */
-    assert_int_equal(said.basis & MR_RISK_PLAN_LEFT, 0);
+    assert_int_equal(said.basis & MR_RISK_PLAN_NOT_FOLLOWED, 0);
     begin(&plan);
     said = roll(30.0, 12.0, 901);
-    assert_int_equal(said.basis & (MR_RISK_OF_PLAN | MR_RISK_OF_CHART | MR_RISK_PLAN_LEFT),
-                     MR_RISK_PLAN_LEFT);
+    assert_int_equal(said.basis &
+                         (MR_RISK_PLAN_USED | MR_RISK_CHART_USED | MR_RISK_PLAN_NOT_FOLLOWED),
+                     MR_RISK_PLAN_NOT_FOLLOWED);
     assert_true(said.weight_set < MR_RISK_SET_BY_PLAN && said.input[MR_RISK_CHART] == 0.0f);
     begin(&plan); /* another speed than planned */
     said = roll(40.0, 6.0, 901);
-    assert_int_equal(said.basis & MR_RISK_PLAN_LEFT, MR_RISK_PLAN_LEFT);
+    assert_int_equal(said.basis & MR_RISK_PLAN_NOT_FOLLOWED, MR_RISK_PLAN_NOT_FOLLOWED);
 }
 
 TEST(a_chart_of_another_runway_is_ignored)
@@ -202,7 +205,7 @@ TEST(a_chart_of_another_runway_is_ignored)
     struct mr_risk_plan plan = charted(2.0f);
     begin(&plan); /* that has had none */
     struct mr_risk_report said = roll(30.0, 6.0, 1001);
-    assert_int_equal(said.basis & 15u, MR_RISK_OF_PLAN | MR_RISK_CHART_OLD);
+    assert_int_equal(said.basis & 15u, MR_RISK_PLAN_USED | MR_RISK_CHART_OUTDATED);
     assert_true(said.input[MR_RISK_CHART] == 0.0f);
 }
 
@@ -212,7 +215,7 @@ TEST(who_stands_comes_to_no_zone)
     struct mr_risk_report said = roll(30.0, 6.0, 5200);
     assert_true(said.risk == 0.0f);
     assert_int_equal(said.basis & MR_RISK_STOPPED, MR_RISK_STOPPED);
-    assert_int_equal(said.reason, MR_RISK_NO_REASON);
+    assert_int_equal(said.reason, MR_RISK_REASON_NONE);
 }
 
 TEST(no_transducer_is_told)
@@ -246,7 +249,7 @@ TEST(failure_is_expected_inside_the_zone)
     mr_risk_on_block(&risk, &predictor, &input);
     const struct mr_predictor_zone zone = {.mats = 60, .start_ft = 40.0f, .end_ft = 57.14f};
     mr_risk_compute(&risk, &predictor, &zone, &said);
-    assert_int_equal(said.reason, MR_RISK_ZONE_THERE);
+    assert_int_equal(said.reason, MR_RISK_ZONE_AHEAD);
     /* 20 = 25 t - 2.5 t^2; 12.5 mats are 3.571 ft */
     is_near((double)said.start_s, 5.0 - sqrt(17.0), 1e-4);
     is_near((double)said.failure_ft, 43.571, 1e-3);
@@ -264,7 +267,7 @@ TEST(a_zone_that_is_there_outweighs_the_chart)
                                             .future_mats = 60,
                                             .future_ft = 40.0f};
     struct mr_risk_report expected, seen, plain;
-    plan.row_log_odds[0] = plan.row_log_odds[1] = -6.0f;
+    plan.chart_log_odds[0] = plan.chart_log_odds[1] = -6.0f;
     begin(&plan);
     (void)roll(30.0, 6.0, 700);
     mr_risk_compute(&risk, &predictor, &none, &expected);
@@ -272,7 +275,7 @@ TEST(a_zone_that_is_there_outweighs_the_chart)
     begin(NULL);
     (void)roll(30.0, 6.0, 700);
     mr_risk_compute(&risk, &predictor, &there, &plain);
-    assert_true(expected.basis & MR_RISK_OF_CHART && expected.risk < 0.1f);
+    assert_true(expected.basis & MR_RISK_CHART_USED && expected.risk < 0.1f);
     assert_true(plain.risk > 0.5f && seen.risk == plain.risk);
 }
 

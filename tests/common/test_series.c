@@ -55,7 +55,7 @@ TEST(a_pack_is_the_message_of_the_catalogue)
             assert_true(mr_field_value(&info->fields[i], out) ==
                         (double)values[pack->first - 1 + i]);
             assert_true(got[i] == values[pack->first - 1 + i]);
-            assert_true(info->fields[i].per_unit == series->per_unit);
+            assert_true(info->fields[i].counts_per_unit == series->counts_per_unit);
         }
         assert_true(mr_field_value(&info->fields[info->field_count - 1], out) == 70000 - 65536);
     }

@@ -59,12 +59,12 @@ static void check(unsigned i, unsigned position, enum mr_switch_reason reason)
 
 TEST_IN(every_reason_has_its_own_text, begin, NULL)
 {
-    for (unsigned a = 0; a <= MR_SWITCH_ALONE; a++) {
+    for (unsigned a = 0; a <= MR_SWITCH_SINGLE; a++) {
         assert_string_not_equal(mr_switch_reason_text(a), "unknown");
         for (unsigned b = 0; b < a; b++)
             assert_string_not_equal(mr_switch_reason_text(a), mr_switch_reason_text(b));
     }
-    assert_string_equal(mr_switch_reason_text(MR_SWITCH_ALONE + 1), "unknown");
+    assert_string_equal(mr_switch_reason_text(MR_SWITCH_SINGLE + 1), "unknown");
 }
 
 TEST_IN(a_single_edge_is_named_by_its_step, begin, NULL)
@@ -91,8 +91,8 @@ TEST_IN(an_edge_without_a_step_is_none_of_the_table, begin, NULL)
     edge(-176); /* a switch closes: no step of the table either */
     rest(30);
     check(0, 0, MR_SWITCH_NO_STEP);
-    check(1, 0, MR_SWITCH_OTHER_STEP);
-    check(2, 0, MR_SWITCH_OTHER_STEP);
+    check(1, 0, MR_SWITCH_UNKNOWN_STEP);
+    check(2, 0, MR_SWITCH_UNKNOWN_STEP);
     assert_int_equal(answers, 3);
 }
 
@@ -193,8 +193,8 @@ TEST_IN(two_switches_too_near_have_no_names, begin, NULL)
     rest(1);
     edge(232);
     rest(30);
-    check(0, 0, MR_SWITCH_TOO_NEAR);
-    check(1, 0, MR_SWITCH_TOO_NEAR);
+    check(0, 0, MR_SWITCH_TOO_SOON);
+    check(1, 0, MR_SWITCH_TOO_SOON);
     assert_int_equal(answers, 2);
     edge(120); /* the next one is read against the level as it is now */
     rest(30);
@@ -208,8 +208,8 @@ TEST_IN(two_in_the_same_moment_are_too_near, begin, NULL)
     block_of(level_codes + 120, (const double[]){0.5, 0.50001}, 2);
     level_codes += 64 + 176;
     rest(30);
-    check(0, 0, MR_SWITCH_TOO_NEAR);
-    check(1, 0, MR_SWITCH_TOO_NEAR);
+    check(0, 0, MR_SWITCH_TOO_SOON);
+    check(1, 0, MR_SWITCH_TOO_SOON);
     assert_int_equal(answers, 2);
 }
 
@@ -234,7 +234,7 @@ TEST_IN(edges_before_any_level_have_no_step, begin, NULL)
 {
     block_of(level_codes, (const double[]){0.5}, 1);
     rest(30);
-    check(0, 0, MR_SWITCH_TOO_NEAR);
+    check(0, 0, MR_SWITCH_TOO_SOON);
     assert_true(isnan(answered[0].step_codes));
     assert_int_equal(answers, 1);
 }

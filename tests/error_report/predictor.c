@@ -293,7 +293,7 @@ static void play_both(struct bench *bench, struct predictor_variant *variant,
     (void)mr_predictor_start(p, &config);
     mr_predictor_save(p, &state);
     for (int j = 0; j < JOINTS; j++)
-        state.gap_hmil[j] = (uint16_t)(bench->before_ft[j] * 1.2e6 + 0.5);
+        state.gap_counts[j] = (uint16_t)(bench->before_ft[j] * 1.2e6 + 0.5);
     (void)mr_predictor_load(p, &state);
     play(p, &bench->gear, &bench->own.truth, false, &run->own, run);
     double own_ms = run->ms;

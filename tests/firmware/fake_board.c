@@ -70,12 +70,12 @@ size_t board_edges_get(uint32_t until_tick, uint32_t *ticks, size_t capacity)
     return count;
 }
 
-void board_pulses_enable(enum board_pulses input, bool on)
+void board_pulses_enable(enum board_pulse_input input, bool on)
 {
     fake.pulses[input].captured = on;
 }
 
-size_t board_pulses_get(enum board_pulses input, uint32_t until_tick, uint32_t *ticks,
+size_t board_pulses_get(enum board_pulse_input input, uint32_t until_tick, uint32_t *ticks,
                         size_t capacity)
 {
     struct fake_pulses *pulses = &fake.pulses[input];
@@ -154,8 +154,8 @@ void board_check_memory(void)
 {
     fake.upkeep_slices++;
     if (fake.upkeep_slices % 100 == 0) {
-        fake.upkeep.ram_rounds++;
-        fake.upkeep.flash_rounds++;
+        fake.upkeep.ram_test_count++;
+        fake.upkeep.flash_check_count++;
     }
 }
 
@@ -163,7 +163,7 @@ void board_restart_memory_test(void)
 {
 }
 
-void board_get_upkeep(struct board_upkeep *upkeep)
+void board_get_background_tests(struct board_background_tests *upkeep)
 {
     *upkeep = fake.upkeep;
 }
@@ -188,7 +188,7 @@ bool board_can_sync_tick(uint32_t block, uint32_t *tick)
     return fake.sync_left && fake.sync_block == block;
 }
 
-void board_can_state(struct board_can_errors *errors)
+void board_can_get_errors(struct board_can_errors *errors)
 {
     *errors = fake.can_errors;
 }

@@ -19,7 +19,7 @@ struct fake_board {
         uint32_t tick[4096];
         size_t count, taken;
         bool captured;
-    } pulses[BOARD_PULSES];
+    } pulses[BOARD_PULSE_INPUT_COUNT];
     bool camera;
     unsigned camera_pulses;
     uint32_t camera_tick; /* what board_set_camera_trigger returns */
@@ -51,7 +51,7 @@ struct fake_board {
     uint32_t late_pc;
     unsigned good_notes;
     unsigned upkeep_slices;
-    struct board_upkeep upkeep;
+    struct board_background_tests upkeep;
     bool image_known, image_bad;
     unsigned restarts;
     uint32_t fitted;    /* channels that are scanned */

@@ -12,7 +12,7 @@ void fake_flash_reset(void)
     fake_flash.random = 1;
 }
 
-const uint8_t *flash_copy(unsigned copy)
+const uint8_t *flash_get_copy(unsigned copy)
 {
     return fake_flash.cell[copy];
 }

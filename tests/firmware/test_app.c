@@ -246,7 +246,7 @@ static unsigned count_blocks(uint32_t *first)
         assert_int_equal(status, MR_OK);
         assert_int_equal(frame.seq, frames++);
         if (frame.type == MR_ID_BLOCK) {
-            assert_int_equal(mr_block_get(&block, frame.payload, frame.length), MR_OK);
+            assert_int_equal(mr_block_decode(&block, frame.payload, frame.length), MR_OK);
             if (blocks == 0)
                 *first = block.index;
             assert_int_equal(block.index, *first + blocks);
@@ -337,7 +337,7 @@ TEST_IN(a_fault_is_told_when_it_comes_and_each_second, start, NULL)
     }
     assert_int_equal(told, 5);
     for (unsigned i = 0; i < 70000; i++)
-        health_count(MR_FAULT_CAN_MISSING, 0);
+        health_count_fault(MR_FAULT_CAN_MISSING, 0);
     assert_int_equal(health_get_counter(MR_FAULT_CAN_MISSING).count, UINT16_MAX);
 }
 

@@ -281,7 +281,7 @@ TEST_IN(nothing_is_erased_from_arm_to_done, fresh, NULL)
     for (unsigned i = 3000; i < 4000; i++)
         fake_nor.cell[i * NOR_SECTOR_BYTES] = 0x11;
     boot();
-    while (box.state == MR_BOX_LOOKING) {
+    while (box.state == MR_BOX_SCANNING) {
         assert_int_equal(blackbox_check_ready(&box), MR_WAIT);
         ms_passes(), index_now++;
     }
@@ -333,7 +333,7 @@ static void fill(unsigned least)
     print_message("%u landings of 10 s, %u sectors left\n", landings, box.ready_sectors);
     assert_int_equal(fake_nor.overwritten, 0);
     boot();
-    while (box.state == MR_BOX_LOOKING)
+    while (box.state == MR_BOX_SCANNING)
         ms_passes();
     for (unsigned i = 0; i < landings; i++) {
         /* block contents: the last ones, which the test still knows */
@@ -356,7 +356,7 @@ static void fill(unsigned least)
     assert_in_range(box.ready_sectors - ready, 60, 155);
     assert_int_equal(blackbox_free(&box, third), MR_UNKNOWN);
     boot();
-    while (box.state == MR_BOX_LOOKING)
+    while (box.state == MR_BOX_SCANNING)
         ms_passes();
     unsigned left = 0;
     for (unsigned i = 0; i < BLACKBOX_RECORDS_MAX; i++)
@@ -618,7 +618,7 @@ TEST_IN(a_landing_longer_than_the_space_keeps_its_beginning, fresh, NULL)
             fake_nor.cell[i * NOR_SECTOR_BYTES] = 0x11; /* something else, to be erased first */
     }
     boot();
-    while (box.state == MR_BOX_LOOKING)
+    while (box.state == MR_BOX_SCANNING)
         ms_passes(), index_now++;
     assert_int_equal(box.ready_sectors, BLACKBOX_RESERVE_SECTORS);
     assert_int_equal(blackbox_check_ready(&box), MR_OK);

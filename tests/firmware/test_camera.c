@@ -20,7 +20,7 @@ static int without_camera(void **state)
 
 static void pulse_at(double t_s)
 {
-    fake.pulses[BOARD_FRAMES].tick[fake.pulses[BOARD_FRAMES].count++] =
+    fake.pulses[BOARD_FRAME_PULSES].tick[fake.pulses[BOARD_FRAME_PULSES].count++] =
         (uint32_t)(uint64_t)llround(t_s * TICKS_PER_S);
 }
 
@@ -159,7 +159,7 @@ TEST_IN(noise_is_refused_and_counted, without_camera, NULL)
         pulse_at(0.200 + 0.010 * i);
         pulse_at(0.2003 + 0.010 * i); /* the contact bounces */
     }
-    fake.pulses[BOARD_FRAMES].tick[fake.pulses[BOARD_FRAMES].count++] =
+    fake.pulses[BOARD_FRAME_PULSES].tick[fake.pulses[BOARD_FRAME_PULSES].count++] =
         (uint32_t)llround(0.390 * TICKS_PER_S) - 50; /* out of order */
     play(400);
     assert_int_equal(count_frames(MR_ID_FILM_FRAME), 20);
@@ -226,8 +226,8 @@ TEST_IN(without_a_camera_it_costs_nothing, without_camera, NULL)
     play(10);
     pulse_at(0.02);
     fly(4.0);
-    assert_false(fake.pulses[BOARD_FRAMES].captured);
-    assert_int_equal(fake.pulses[BOARD_FRAMES].taken, 0);
+    assert_false(fake.pulses[BOARD_FRAME_PULSES].captured);
+    assert_int_equal(fake.pulses[BOARD_FRAME_PULSES].taken, 0);
     assert_int_equal(fake.camera_pulses, 0);
     assert_int_equal(count_frames(MR_ID_CAMERA) + count_frames(MR_ID_FILM_FRAME), 0);
 }

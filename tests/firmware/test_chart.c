@@ -45,10 +45,10 @@ static struct mr_risk_plan charted(float landings)
     mr_risk_plan_clear(&plan);
     plan.landings = landings;
     plan.speed_ft_s = 30.0f;
-    plan.knot_s[0] = 0.0f;
-    plan.knot_ft_s2[0] = 6.0f;
-    plan.row_ft_s2[0] = 5.0f;
-    plan.row_log_odds[0] = 1.0f;
+    plan.plan_time_s[0] = 0.0f;
+    plan.plan_deceleration_ft_s2[0] = 6.0f;
+    plan.chart_deceleration_ft_s2[0] = 5.0f;
+    plan.chart_log_odds[0] = 1.0f;
     return plan;
 }
 
@@ -89,7 +89,7 @@ TEST_IN(a_chart_counts_for_one_landing, start, NULL)
     }
     assert_int_equal(seen, 7);
     fly(4.0);
-    assert_int_equal(last_basis() & 15u, MR_RISK_OF_PLAN | MR_RISK_OF_CHART);
+    assert_int_equal(last_basis() & 15u, MR_RISK_PLAN_USED | MR_RISK_CHART_USED);
     give(&plan, mr_risk_plan_crc(&plan)); /* not now */
     assert_int_equal(last_status(), MR_NOT_NOW);
     fly(13.0); /* rest, and done */
@@ -112,7 +112,7 @@ TEST_IN(a_chart_may_be_taken_back, start, NULL)
     assert_int_equal(last_basis() & 15u, 0);
     command("disarm");
     play(10);
-    plan.knot_ft_s2[0] = 0.0f; /* would never stop */
+    plan.plan_deceleration_ft_s2[0] = 0.0f; /* would never stop */
     give(&plan, mr_risk_plan_crc(&plan));
     assert_int_equal(last_status(), MR_USAGE);
 }
@@ -128,5 +128,5 @@ TEST_IN(a_runway_that_is_forgotten_has_no_chart, start, NULL)
     command("runway-forget");
     play(5);
     arm();
-    assert_int_equal(last_basis() & 15u, MR_RISK_OF_PLAN | MR_RISK_CHART_OLD);
+    assert_int_equal(last_basis() & 15u, MR_RISK_PLAN_USED | MR_RISK_CHART_OUTDATED);
 }

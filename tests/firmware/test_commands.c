@@ -192,8 +192,8 @@ static void prove(bool right)
     frame = &fake.received[0];
     frame->id = MR_ID_PROOF;
     frame->length = MR_PROOF_BYTES;
-    mr_proof_make(frame->data, app.keystore.key, app.proof.nonce, frame[1].data,
-                  app.telemetry.identity.uid);
+    mr_proof_compute(frame->data, app.keystore.key, app.proof.nonce, frame[1].data,
+                     app.telemetry.identity.uid);
     frame->data[3] ^= !right;
 }
 

@@ -119,7 +119,7 @@ static void is_in_force(const struct mr_config *wanted)
 
 TEST_IN(what_is_built_in_is_sound, fresh, NULL)
 {
-    struct mr_config_reason reason;
+    struct mr_config_violation reason;
     struct mr_config_state stored;
     unsigned before = fault_count();
     assert_int_equal(mr_config_check(&config, &reason), MR_OK);

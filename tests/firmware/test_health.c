@@ -252,7 +252,7 @@ TEST_IN(a_wrong_polarity_fails_the_excitation, start, NULL)
     fake.sent_count = 0;
     command("self-test");
     play(10);
-    health_count(MR_FAULT_POLARITY, 3);
+    health_count_fault(MR_FAULT_POLARITY, 3);
     struct mr_self_test result = {0};
     for (unsigned i = 0; i < 40 && !last_frame(MR_ID_SELF_TEST); i++) {
         play(10);

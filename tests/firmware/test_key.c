@@ -114,7 +114,7 @@ static void prove(const struct mr_command *message, const uint8_t *by, const uin
 {
     uint8_t payload[MR_MESSAGE_BYTES_MAX], proof[MR_PROOF_BYTES];
     mr_command_put(message, payload);
-    mr_proof_make(proof, by, of, payload, uid);
+    mr_proof_compute(proof, by, of, payload, uid);
     give(MR_ID_PROOF, proof, sizeof proof, serial);
 }
 
@@ -385,7 +385,7 @@ TEST_IN(each_byte_of_a_proof_counts, keyed, NULL)
     for (unsigned byte = 0; byte < MR_PROOF_BYTES; byte++) {
         uint8_t payload[MR_MESSAGE_BYTES_MAX], proof[MR_PROOF_BYTES];
         mr_command_put(&survey, payload);
-        mr_proof_make(proof, key, nonce(), payload, app.telemetry.identity.uid);
+        mr_proof_compute(proof, key, nonce(), payload, app.telemetry.identity.uid);
         proof[byte] ^= 1;
         give(MR_ID_PROOF, proof, sizeof proof, false);
         assert_int_equal(order(&survey, false, 5), MR_PROOF);

@@ -226,7 +226,7 @@ TEST(facts_and_rows_agree)
     {
         char serial[20];
         unsigned transducers = 0, others = 0, serials = 0;
-        snprintf(serial, sizeof serial, "USART%ld_", board_fact_value(table, "SERIAL"));
+        snprintf(serial, sizeof serial, "USART%ld_", board_constant_value(table, "SERIAL"));
         for (size_t i = 0; i < table->rows; i++) {
             const struct board_row *row = &table->row[i];
             bool transducer = strncmp(row->signal, "TRANSDUCER_", 11) == 0;
@@ -237,7 +237,8 @@ TEST(facts_and_rows_agree)
             *(transducer ? &transducers : &others) += 1;
         }
         assert_int_equal(serials, 2);
-        assert_int_equal(board_fact_value(table, "NUMBER"), mr_board_by_name(board->name));
+        assert_int_equal(board_constant_value(table, "NUMBER"),
+                         mr_board_number_by_name(board->name));
         assert_in_range(transducers, 1, MR_TRANSDUCERS);
         assert_in_range(others, 2, MR_ADC1_CHANNELS);
         print_message("# %s: %u transducers, %u gages, staircase, reference\n", board->name,

@@ -145,7 +145,7 @@ TEST_IN(the_runway_survives_a_reset, start_with_memory, put_back)
     for (unsigned s = 0; s < MR_SEGMENTS; s++) { /* the survey's sums, by a sum of its own */
         unsigned sum = 0;
         for (unsigned j = 0; j < 10; j++)
-            sum += after.gap_hmil[10 * s + j];
+            sum += after.gap_counts[10 * s + j];
         assert_in_range(sum, 4995, 5005);
     }
 }
@@ -280,13 +280,13 @@ static void give(const struct mr_predictor_state *state, uint32_t crc)
     char words[64];
     for (unsigned i = 0; i < MR_RUNWAY_WORD_COUNT; i++) {
         snprintf(words, sizeof words, "runway-word %u %ld", i,
-                 (long)mr_runway_word_argument(state, i));
+                 (long)mr_runway_make_word_argument(state, i));
         command(words);
         live(1);
     }
     for (unsigned i = 0; i < 256; i++) {
         snprintf(words, sizeof words, "runway-joints %u %ld", i,
-                 (long)mr_runway_joints_argument(state, i));
+                 (long)mr_runway_make_joints_argument(state, i));
         command(words);
         live(1);
     }
@@ -308,7 +308,7 @@ TEST_IN(the_host_gives_a_runway, start_with_memory, put_back)
 {
     struct mr_predictor_state given = {.mats = 420, .landings = 7, .scale = 1.25f}, told;
     for (unsigned j = 0; j < 421; j++)
-        given.gap_hmil[j] = (uint16_t)(j * 7 % 3001);
+        given.gap_counts[j] = (uint16_t)(j * 7 % 3001);
     live(10); /* before the memory has been looked at */
     give(&given, mr_runway_crc(&given) ^ 1u);
     assert_int_equal(last_status(), MR_CRC);
@@ -317,7 +317,7 @@ TEST_IN(the_host_gives_a_runway, start_with_memory, put_back)
     assert_int_equal(told_crc(&told), mr_runway_crc(&given));
     assert_memory_equal(&told, &given, sizeof told);
     assert_int_equal(told_store().source, MR_RUNWAY_HOST);
-    given.gap_hmil[5] = 3200; /* wider than any joint */
+    given.gap_counts[5] = 3200; /* wider than any joint */
     give(&given, mr_runway_crc(&given));
     assert_int_equal(last_status(), MR_MALFORMED);
     command("runway-word 3 0");
@@ -411,7 +411,7 @@ TEST_IN(without_switches_the_movement_stays, start_with_memory, put_back)
     assert_int_equal(told.landings, 1);
     unsigned left = 0;
     for (unsigned j = 150; j < 200; j++)
-        left += told.gap_hmil[j];
+        left += told.gap_counts[j];
     assert_in_range(left, 0, 5000); /* of 50,000 in these five segments */
 }
 
@@ -467,7 +467,7 @@ TEST_IN(a_survey_counts_where_the_joints_have_it, start_with_memory, put_back)
     command("disarm");
     live(1);
     for (unsigned j = 0; j < 421; j++)
-        given.gap_hmil[j] = j < 100 ? 1000 : 0; /* the first ten segments as they were surveyed */
+        given.gap_counts[j] = j < 100 ? 1000 : 0; /* the first ten segments as they were surveyed */
     give(&given, mr_runway_crc(&given));
     assert_int_equal(last_status(), MR_OK);
     rearm();
@@ -503,8 +503,8 @@ TEST_IN(the_newer_copy_is_found_beyond_the_wrap, start_with_memory, put_back)
 {
     struct mr_predictor_state older = {.mats = 420, .landings = 1, .scale = 1.0f},
                               newer = {.mats = 420, .landings = 2, .scale = 1.0f};
-    mr_runway_write(&older, UINT32_MAX, fake_nor.cell + A_COPY);
-    mr_runway_write(&newer, 0, fake_nor.cell + B_COPY);
+    mr_runway_encode(&older, UINT32_MAX, fake_nor.cell + A_COPY);
+    mr_runway_encode(&newer, 0, fake_nor.cell + B_COPY);
     boot();
     live(200);
     struct mr_runway_store stored = told_store();
@@ -528,7 +528,7 @@ TEST_IN(commands_before_the_memory_is_read, start_with_memory, put_back)
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         int sum = 0;
         for (unsigned j = 0; j < 10; j++)
-            sum += told.gap_hmil[10 * s + j];
+            sum += told.gap_counts[10 * s + j];
         assert_in_range(sum, s == 3 ? 19990 : 4990, s == 3 ? 20010 : 5010);
     }
     boot();

@@ -35,7 +35,7 @@ static void log_landing(struct collector *collector)
     give(collector, MR_ID_LANDING, payload, mr_landing_put(&armed, payload));
     for (uint32_t i = 0; i < 20; i++) {
         struct mr_block block = {.index = i};
-        give(collector, MR_ID_BLOCK, payload, mr_block_put(&block, payload));
+        give(collector, MR_ID_BLOCK, payload, mr_block_encode(&block, payload));
     }
     size_t count;
     const struct mr_message_info *catalogue = mr_catalogue_messages(&count);

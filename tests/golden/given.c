@@ -85,7 +85,7 @@ static void take_block(struct golden_given *given, const char *hex)
     for (; n < sizeof record && sscanf(hex + 2 * n, "%2x", &byte) == 1; n++)
         record[n] = (uint8_t)byte;
     given->block = golden_grow(given->block, given->blocks, sizeof *given->block);
-    if (mr_block_get(&given->block[given->blocks++], record, n) != MR_OK)
+    if (mr_block_decode(&given->block[given->blocks++], record, n) != MR_OK)
         golden_fail(4, "no block record: %s", hex);
 }
 
@@ -172,7 +172,7 @@ static void write_runway(gzFile file, const struct golden_given *given)
     gzprintf(file, "runway %ld %u %.9g %u %u\njoints_in", given->runway_block, given->runway_tag,
              (double)runway->scale, runway->landings, runway->mats);
     for (unsigned i = 0; i <= runway->mats; i++)
-        gzprintf(file, " %.5f", runway->gap_hmil[i] / HMIL_PER_IN);
+        gzprintf(file, " %.5f", runway->gap_counts[i] / HMIL_PER_IN);
     gzprintf(file, "\n");
 }
 
@@ -239,7 +239,7 @@ static void read_config(struct golden_given *given, gzFile file, const char *lin
 static void read_joints(struct golden_given *given, char *text)
 {
     for (unsigned i = 0; i <= given->runway.mats && i < MR_RUNWAY_JOINTS; i++)
-        given->runway.gap_hmil[i] = (uint16_t)lround(strtod(text, &text) * HMIL_PER_IN);
+        given->runway.gap_counts[i] = (uint16_t)lround(strtod(text, &text) * HMIL_PER_IN);
 }
 
 static void read_block(struct golden_given *given, char *text, uint32_t index, uint32_t tick,
@@ -363,10 +363,10 @@ static void put_runway(struct writer *writer, const struct golden_given *given)
     unsigned tag = given->runway_tag;
     for (unsigned i = 0; i < MR_RUNWAY_WORD_COUNT; i++)
         put(writer, "command %ld %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_WORD, i, tag++,
-            mr_runway_word_argument(state, i));
+            mr_runway_make_word_argument(state, i));
     for (unsigned i = 0; i < 256 && 2 * i <= state->mats; i++)
         put(writer, "command %ld %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_JOINTS, i,
-            tag++, mr_runway_joints_argument(state, i));
+            tag++, mr_runway_make_joints_argument(state, i));
     put(writer, "command %ld %d 0 %u %" PRId32 "\n", block, MR_COMMAND_RUNWAY_TAKE,
         given->runway_tag - 1u, (int32_t)mr_runway_crc(state));
 }
@@ -409,7 +409,7 @@ void given_replay(const struct golden_given *given, const char *replay_path)
     for (size_t i = 0; i < given->blocks; i++) {
         uint8_t record[MR_BLOCK_BYTES_MAX];
         char hex[2 * MR_BLOCK_BYTES_MAX + 1];
-        size_t length = mr_block_put(&given->block[i], record);
+        size_t length = mr_block_encode(&given->block[i], record);
         for (size_t k = 0; k < length; k++)
             snprintf(hex + 2 * k, 3, "%02x", record[k]);
         put(&writer, "block %s\n", hex);

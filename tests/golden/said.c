@@ -45,7 +45,7 @@ static double step_of(const struct mr_field_info *field)
 {
     if (field->type == MR_WIRE_f32)
         return 0.0;
-    return field->per_unit > 0.0f ? 1.0 / (double)field->per_unit : 1.0;
+    return field->counts_per_unit > 0.0f ? 1.0 / (double)field->counts_per_unit : 1.0;
 }
 
 /* The value as people write it: of a scaled field the count in its steps, of a single the shortest
@@ -57,8 +57,8 @@ static double plain_value(const struct mr_field_info *field, const uint8_t *payl
     if (isnan(value))
         return value;
     if (field->type != MR_WIRE_f32)
-        return field->per_unit > 0.0f
-                 ? round(value * (double)field->per_unit) / (double)field->per_unit
+        return field->counts_per_unit > 0.0f
+                 ? round(value * (double)field->counts_per_unit) / (double)field->counts_per_unit
                  : value;
     for (int digits = 1; digits <= 9; digits++) {
         snprintf(text, sizeof text, "%.*g", digits, value);
@@ -153,7 +153,7 @@ static void listen_serial(struct listening *l, const char *path)
                 continue;
             if (frame.type != MR_ID_BLOCK)
                 take_message(l, GOLDEN_SERIAL, frame.type, frame.payload, frame.length);
-            else if (mr_block_get(&block, frame.payload, frame.length) == MR_OK)
+            else if (mr_block_decode(&block, frame.payload, frame.length) == MR_OK)
                 take_block(l, &block);
         }
     }

@@ -59,7 +59,7 @@ static inline void bench_run(struct hil_board *board, uint64_t t_ps)
  * permille of its time after it began. One at a time. */
 static struct bench_cut {
     struct hil_board *board;
-    struct hil_call told;
+    struct hil_callback told;
     uint64_t left;
     unsigned permille;
     bool nor;
@@ -68,7 +68,7 @@ static struct bench_cut {
 static inline void bench_cut_began(void *context)
 {
     struct bench_cut *cut = context;
-    hil_call(&cut->told);
+    hil_callback_invoke(&cut->told);
     if (!cut->left || --cut->left)
         return;
     const struct hil_state *state = &cut->board->state;
@@ -82,10 +82,10 @@ static inline void bench_cut_began(void *context)
 
 static inline void bench_cut_at(struct hil_board *board, bool nor, uint64_t n, unsigned permille)
 {
-    struct hil_call *began = nor ? &board->w25q.on_operation_begin
-                                 : &board->mcu.flash.on_operation_begin;
+    struct hil_callback *began = nor ? &board->w25q.on_operation_begin
+                                     : &board->mcu.flash.on_operation_begin;
     bench_cut = (struct bench_cut){board, *began, n, permille, nor};
-    *began = (struct hil_call){bench_cut_began, &bench_cut};
+    *began = (struct hil_callback){bench_cut_began, &bench_cut};
 }
 
 /* Write a scratch file; returns its path, static storage. */

@@ -76,7 +76,7 @@ static inline void ear_can(void *ctx, uint64_t t_ps, const struct hil_can_frame 
 {
     struct ear *ear = ctx;
     struct mr_can_health health;
-    uint16_t id = mr_can_from_bus((uint16_t)frame->id, ear->can_base);
+    uint16_t id = mr_can_id_from_bus((uint16_t)frame->id, ear->can_base);
     if (id == MR_ID_CAN_HEALTH && mr_can_health_get(&health, frame->data, frame->length) == MR_OK) {
         ear->can_sent = health.sent;
         ear->can_at_health = ear->can_frames;
@@ -103,7 +103,7 @@ static inline void ear_serial(void *ctx, uint64_t t_ps, const uint8_t *bytes, si
         ear->next_seq = (uint16_t)(frame.seq + 1u);
         ear->serial_frames++;
         if (frame.type == MR_ID_BLOCK)
-            ear->blocks += mr_block_get(&ear->block, frame.payload, frame.length) == MR_OK;
+            ear->blocks += mr_block_decode(&ear->block, frame.payload, frame.length) == MR_OK;
         else
             ear_note(ear, EAR_SERIAL, t_ps, frame.type, frame.payload, frame.length);
     }
@@ -185,7 +185,7 @@ static inline void ear_command(struct ear *ear, unsigned link, unsigned code, in
     struct mr_command command = {.code = (uint8_t)code, .argument = argument, .tag = tag};
     uint8_t payload[MR_MESSAGE_BYTES_MAX], bytes[MR_FRAME_BYTES_MAX];
     size_t n = mr_command_put(&command, payload);
-    struct hil_can_frame frame = {.id = mr_can_to_bus(MR_ID_COMMAND, ear->can_base),
+    struct hil_can_frame frame = {.id = mr_can_id_to_bus(MR_ID_COMMAND, ear->can_base),
                                   .length = (uint8_t)n};
     memcpy(frame.data, payload, n);
     if (link == EAR_CAN)

@@ -49,8 +49,8 @@ static void on_serial(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n)
             frame.type != MR_ID_BLOCK)
             continue;
         assert_true(heard->blocks < BLOCKS_MAX);
-        assert_int_equal(mr_block_get(&heard->block[heard->blocks++], frame.payload, frame.length),
-                         MR_OK);
+        assert_int_equal(
+            mr_block_decode(&heard->block[heard->blocks++], frame.payload, frame.length), MR_OK);
         heard->block_bytes = frame.length;
     }
 }

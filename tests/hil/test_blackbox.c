@@ -317,7 +317,7 @@ TEST(a_chip_that_is_busy_at_the_start_is_not_absent)
     chip->status = 3;
     chip->operation_end_ps = HIL_NEVER;
     ear_until(ear, 5.5);
-    assert_int_equal(box_state(ear).state, MR_BOX_LOOKING);
+    assert_int_equal(box_state(ear).state, MR_BOX_SCANNING);
     ear_until(ear, 9.0);
     assert_int_equal(box_state(ear).state, MR_BOX_READY);
     assert_int_equal(ear_faults(ear, EAR_SERIAL) & (EAR_BIT(NOR_FAILED) | EAR_BIT(NOR_MISSING)), 0);

@@ -97,7 +97,7 @@ TEST(each_has_the_memory_that_its_images_take_it_to_have)
     for (size_t i = 0; i < BOARDS; i++) {
         struct hil_board *board = power_on(hil_board_type_by_name(names[i]));
         const struct board_table *table =
-            board_table_by_number((unsigned)mr_board_by_name(names[i]));
+            board_table_by_number((unsigned)mr_board_number_by_name(names[i]));
         const struct board_region *program = board_region_by_name(table, "PROGRAM"),
                                   *ram = board_region_by_name(table, "RAM"),
                                   *ccm = board_region_by_name(table, "CCM");
@@ -124,7 +124,8 @@ TEST(each_chip_says_what_it_is)
     } wanted[BOARDS] = {{0x413, 1024}, {0x413, 1024}, {0x421, 512}};
     for (size_t i = 0; i < BOARDS; i++) {
         struct hil_board *board = run(hil_board_type_by_name(names[i]), names[i]);
-        const struct mr_board *told = mr_board_by_number((unsigned)mr_board_by_name(names[i]));
+        const struct mr_board *told =
+            mr_board_by_number((unsigned)mr_board_number_by_name(names[i]));
         assert_int_equal(hil_bus_read(&board->core, IDCODE, 4) & 0xfffu, wanted[i].id);
         assert_int_equal(hil_bus_read(&board->core, FLASH_SIZE, 4) >> 16, wanted[i].kib);
         assert_int_equal(told->chip, wanted[i].id);

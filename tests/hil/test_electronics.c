@@ -242,7 +242,7 @@ static void take_frame(struct play *play, const struct mr_frame *frame)
              ack.code == MR_COMMAND_ZERO)
         play->outcome->zero_taken = ack.status == MR_OK;
     else if (frame->type == MR_ID_BLOCK &&
-             mr_block_get(&block, frame->payload, frame->length) == MR_OK)
+             mr_block_decode(&block, frame->payload, frame->length) == MR_OK)
         take_block(play, &block);
 }
 
@@ -374,7 +374,7 @@ TEST(a_short_window_leaves_some_of_the_neighbour)
 {
     static struct hil_adc_errors errors;
     errors.source_ohm[3] = 1000.0;
-    errors.kickback_rel[3] = 1e-4;
+    errors.kickback_share[3] = 1e-4;
     assert_near(hil_adc_remaining_share(&errors, 3, 112.0 / 21e6), 1e-4, 1e-12);
     assert_near(hil_adc_remaining_share(&errors, 3, 3.0 / 21e6), 0.0542 + 1e-4, 2e-4);
 }
@@ -385,7 +385,7 @@ TEST(a_seed_is_a_board)
     struct hil_options options;
     hil_options_default(&options);
     hil_electronics_set_up(&ideal, &options, NULL);
-    assert_false(ideal.is_drawn);
+    assert_false(ideal.has_drawn_tolerances);
     options.has_random_tolerances = true;
     options.tolerance_seed = 5;
     hil_electronics_set_up(&one, &options, NULL);
@@ -526,7 +526,7 @@ TEST(a_drawn_board_passes_its_self_test)
 /* Changes of the lamp's read-back in 20 ms, while pins of the board go on changing. */
 static unsigned changes_of_lamp(struct hil_board *board)
 {
-    const struct hil_pin_place lamp = board->options.type->lamp_sense_pin;
+    const struct hil_pin_location lamp = board->options.type->lamp_sense_pin;
     bool was = hil_gpio_level(&board->mcu.gpio, lamp.port, lamp.pin);
     uint64_t now_ps = hil_board_now_ps(board);
     unsigned changes = 0;

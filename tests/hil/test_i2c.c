@@ -258,7 +258,7 @@ TEST_IN(it_is_dead, wake, put_away)
     fault(HIL_THERMOMETER_DEAD, 0);
     start_and_address(WRITE_48, AF);
     stop();
-    fault(HIL_THERMOMETER_MEND, 0);
+    fault(HIL_THERMOMETER_REPAIR, 0);
     pass_us(10);
     put(SR1, 0);
     assert_int_equal(read_register(0), 0x1900);
@@ -277,7 +277,7 @@ TEST_IN(a_stuck_line, wake, put_away)
     put(CR1, 0);
     configure_i2c();
     assert_int_equal(get(SR2) & BUSY, BUSY);
-    fault(HIL_THERMOMETER_MEND, 0); /* SDA rises while SCL is high: a stop */
+    fault(HIL_THERMOMETER_REPAIR, 0); /* SDA rises while SCL is high: a stop */
     assert_int_equal(get(SR2) & BUSY, 0);
     assert_int_equal(read_register(0), 0x1900);
 

@@ -342,7 +342,7 @@ TEST(test_ordered_faults)
     order(board, HIL_NOR_DEAD, 0);
     transact(board, POLLED, 0, jedec, 4);
     assert_memory_equal(jedec + 1, "\xff\xff\xff", 3);
-    order(board, HIL_NOR_MEND, 0);
+    order(board, HIL_NOR_REPAIR, 0);
     order(board, HIL_NOR_FILL, 0);
     assert_int_equal(status(board, 0x05), 0);
     assert_cells(board, 0, &zero, 1);

@@ -100,7 +100,7 @@ static const char *block_line(uint32_t index, uint32_t tick)
         block.forward_sum[i] = block.reversed_sum[i] = 8000;
     for (unsigned i = 0; i < MR_ADC1_CHANNELS; i++)
         block.sum[i] = 16000;
-    size_t length = mr_block_put(&block, record);
+    size_t length = mr_block_encode(&block, record);
     int n = snprintf(line, sizeof line, "block ");
     for (size_t i = 0; i < length; i++)
         n += snprintf(line + n, sizeof line - (size_t)n, "%02x", record[i]);

@@ -19,12 +19,12 @@
 
 /* --- the time of a store --- */
 
-/* Moments of the stores to port B that move PB12, by hil_access_moment. */
+/* Moments of the stores to port B that move PB12, by hil_access_timestamp. */
 static struct stores {
     struct hil_board *board;
     bool was_high;
     unsigned count;
-    struct hil_moment moment[64];
+    struct hil_timestamp moment[64];
 } stores;
 
 static void note_store(void *context, unsigned port)
@@ -33,7 +33,7 @@ static void note_store(void *context, unsigned port)
     bool high = hil_board_pin_level(s->board, PORT_B, 12);
     if (port != PORT_B)
         return;
-    struct hil_moment at = hil_access_moment(&s->board->core);
+    struct hil_timestamp at = hil_access_timestamp(&s->board->core);
     if (high != s->was_high && s->count < 64)
         s->moment[s->count++] = at;
     s->was_high = high;
@@ -54,7 +54,7 @@ TEST(each_store_has_the_time_of_its_instruction)
     assert_int_equal(bench_result(board, 0), 1);
     assert_int_equal(stores.count, 9); /* low, then four times high and low */
     for (unsigned i = 0; i < 4; i++) {
-        const struct hil_moment *rose = &stores.moment[1 + 2 * i], *fell = rose + 1;
+        const struct hil_timestamp *rose = &stores.moment[1 + 2 * i], *fell = rose + 1;
         assert_int_equal(fell->ps - rose->ps, high_cycles[i] * CYCLE_PS);
     }
     assert_int_equal(stores.moment[4].pc - stores.moment[3].pc, 2);
@@ -82,7 +82,7 @@ TEST(one_access_has_one_time)
     hil_board_destroy(board);
 }
 
-/* What a hook on every instruction of flash sees, against what hil_access_moment says. */
+/* What a hook on every instruction of flash sees, against what hil_access_timestamp says. */
 static struct witness {
     struct hil_board *board;
     uint32_t pc;
@@ -101,7 +101,7 @@ static void witness_store(void *context, unsigned port)
 {
     struct witness *w = context;
     const struct hil_core *core = &w->board->core;
-    struct hil_moment stamp = hil_access_moment(&w->board->core);
+    struct hil_timestamp stamp = hil_access_timestamp(&w->board->core);
     unsigned before = 0;
     (void)port;
     for (uint32_t at = core->state.cpu.block_address; at < w->pc; before++) {

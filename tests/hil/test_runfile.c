@@ -73,8 +73,8 @@ TEST(test_whole)
     assert_int_equal(run.commands[0].message.code, MR_COMMAND_SURVEY);
     assert_int_equal(run.commands[0].message.index, 3);
     assert_int_equal(run.commands[0].message.argument, 3050);
-    assert_false(run.commands[0].is_by_serial);
-    assert_true(run.commands[1].is_by_serial);
+    assert_false(run.commands[0].is_sent_by_serial);
+    assert_true(run.commands[1].is_sent_by_serial);
     assert_int_equal(run.commands[1].message.tag, 2);
     assert_true(run.commands[1].t_ps == 500000000000ull);
     assert_int_equal(run.sample_count, 4);

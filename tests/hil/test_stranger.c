@@ -109,7 +109,7 @@ static void set_key_and_arm(void)
     assert_int_equal((int8_t)ear->last[EAR_SERIAL][MR_ID_ACK][1], MR_PROOF); /* the run's own arm */
     const uint32_t words[3] = {mr_get_u32(&uid), mr_get_u32(&uid), mr_get_u32(&image)};
     mr_command_put(&arm, payload);
-    mr_proof_make(overheard, key, ear->last[EAR_SERIAL][MR_ID_NONCE], payload, words);
+    mr_proof_compute(overheard, key, ear->last[EAR_SERIAL][MR_ID_NONCE], payload, words);
     send(MR_ID_PROOF, overheard, sizeof overheard);
     send(MR_ID_COMMAND, payload, MR_MESSAGE_BYTES_MAX);
     ear_until(ear, BEGIN_S);

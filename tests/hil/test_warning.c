@@ -37,8 +37,8 @@ static void take(const struct mr_frame *frame)
     struct mr_slack slack;
     struct mr_ack ack;
     if (frame->type == MR_ID_BLOCK && flight.blocks < BLOCKS_MAX)
-        flight.blocks += mr_block_get(&flight.block[flight.blocks], frame->payload,
-                                      frame->length) == MR_OK;
+        flight.blocks += mr_block_decode(&flight.block[flight.blocks], frame->payload,
+                                         frame->length) == MR_OK;
     else if (frame->type == MR_ID_EDGE && flight.edges < EDGES_MAX &&
              mr_edge_get(&edge, frame->payload, frame->length) == MR_OK)
         flight.edge_tick[flight.edges++] = edge.tick;

@@ -231,7 +231,7 @@ static inline void stream_millisecond(struct stream *stream, const struct stream
     stream_readings(truth, (double)index / 1000.0, inches, pounds);
     history[index % 4] = stream_block(index, inches, pounds);
     if (recording)
-        stream_serial(stream, MR_ID_BLOCK, record, mr_block_put(&history[index % 4], record));
+        stream_serial(stream, MR_ID_BLOCK, record, mr_block_encode(&history[index % 4], record));
     if (recording && index % 2 == 0) {
         float d[MR_TRANSDUCERS];
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {

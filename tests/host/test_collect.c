@@ -109,7 +109,7 @@ static enum mr_status check_order(void *context, const uint8_t *record, size_t l
     (void)link;
     uint32_t *next = context;
     struct mr_block block;
-    assert_int_equal(mr_block_get(&block, record, length), MR_OK);
+    assert_int_equal(mr_block_decode(&block, record, length), MR_OK);
     assert_int_equal(block.index, (*next)++);
     return MR_OK;
 }

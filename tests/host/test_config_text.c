@@ -128,7 +128,7 @@ TEST(order_and_blanks_do_not_matter)
     free(turned);
 }
 
-static void is_said(struct mr_config_reason reason, const char *expected)
+static void is_said(struct mr_config_violation reason, const char *expected)
 {
     struct mr_config c = sound_config();
     char text[500];
@@ -140,34 +140,34 @@ static void is_said(struct mr_config_reason reason, const char *expected)
 /* What a board refuses, in words; also what it has no words for. */
 TEST(a_reason_is_said_in_words)
 {
-    is_said((struct mr_config_reason){.group = MR_GROUP_gate,
-                                      .index = 7,
-                                      .field = MR_FIELD_gate_station_ft,
-                                      .rule = MR_RULE_NOT_RISING},
+    is_said((struct mr_config_violation){.group = MR_GROUP_gate,
+                                         .index = 7,
+                                         .field = MR_FIELD_gate_station_ft,
+                                         .rule = MR_RULE_NOT_RISING},
             "gate[8].station_ft is 32.5, gate[1].station_ft is -2.5: the first must be larger");
-    is_said((struct mr_config_reason){.group = MR_GROUP_site,
-                                      .field = MR_FIELD_site_revision,
-                                      .rule = MR_RULE_REVISION},
+    is_said((struct mr_config_violation){.group = MR_GROUP_site,
+                                         .field = MR_FIELD_site_revision,
+                                         .rule = MR_RULE_REVISION},
             "site.revision is 7: must be the active revision plus 1");
-    is_said((struct mr_config_reason){.group = MR_GROUP_channel,
-                                      .index = 3,
-                                      .field = MR_FIELD_channel_point_value,
-                                      .element = 2,
-                                      .rule = MR_RULE_NOT_RISING,
-                                      .other = 1},
+    is_said((struct mr_config_violation){.group = MR_GROUP_channel,
+                                         .index = 3,
+                                         .field = MR_FIELD_channel_point_value,
+                                         .element = 2,
+                                         .rule = MR_RULE_NOT_RISING,
+                                         .other = 1},
             "value 3 of channel[4].point_value is -2.00999999 0.1");
-    is_said((struct mr_config_reason){.group = MR_GROUP_gate,
-                                      .index = 3,
-                                      .field = MR_FIELD_gate_step_codes,
-                                      .rule = MR_RULE_STEPS_TOO_CLOSE,
-                                      .other = 2},
+    is_said((struct mr_config_violation){.group = MR_GROUP_gate,
+                                         .index = 3,
+                                         .field = MR_FIELD_gate_step_codes,
+                                         .rule = MR_RULE_STEPS_TOO_CLOSE,
+                                         .other = 2},
             "gate[4].step_codes is 232, gate[3].step_codes is 176: they cannot be distinguished; "
             "steps must be 6 codes or more apart");
-    is_said((struct mr_config_reason){.group = 200, .index = 1, .field = 2, .rule = 77},
+    is_said((struct mr_config_violation){.group = 200, .index = 1, .field = 2, .rule = 77},
             "group 200, index 1, field 2: unknown rule");
-    is_said((struct mr_config_reason){.group = MR_GROUP_site, .index = 1}, "group 0, index 1");
+    is_said((struct mr_config_violation){.group = MR_GROUP_site, .index = 1}, "group 0, index 1");
     is_said(
-        (struct mr_config_reason){
+        (struct mr_config_violation){
             .group = MR_GROUP_gate, .field = 1, .rule = MR_RULE_STEPS_TOO_CLOSE, .other = 99},
         "too close to the step of another switch");
 }

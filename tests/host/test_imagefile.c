@@ -37,7 +37,7 @@ static void make_content(void)
         content[PROGRAM + i] = (uint8_t)(i * 3u);
     memset(content + PROGRAM + 40, 0xff, 20); /* blank bytes in a program belong to it */
     image.program_crc = mr_crc32(0, content + PROGRAM, PROGRAM_BYTES);
-    mr_image_put(&image, content);
+    mr_image_encode(&image, content);
 }
 
 /* ---- writers ---- */

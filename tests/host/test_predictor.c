@@ -409,8 +409,8 @@ TEST(it_comes_back_level_by_level)
     unsigned blocks[MR_PREDICTOR_PLOUGH] = {0};
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
     mr_predictor_arm(&predictor);
-    mr_predictor_choose_cheaper(&predictor);
-    mr_predictor_choose_cheaper(&predictor);
+    mr_predictor_reduce_level(&predictor);
+    mr_predictor_reduce_level(&predictor);
     for (unsigned ms = 0; ms < 2000; ms++) {
         mr_predictor_on_block(&predictor, &input);
         assert_true(predictor.level < MR_PREDICTOR_PLOUGH);
@@ -596,7 +596,7 @@ TEST(state_survives)
     mr_predictor_get_zone(&predictor, &zone);
     assert_int_equal(zone.mats, before.mats);
     assert_true(zone.mats > 5);
-    again.gap_hmil[17] = 60000;
+    again.gap_counts[17] = 60000;
     assert_int_equal(mr_predictor_load(&predictor, &again), MR_MALFORMED);
     again = kept;
     again.scale = NAN;

@@ -21,7 +21,7 @@ static enum mr_status start(const struct mr_predictor_config *config)
     static struct mr_predictor_state state;
     mr_predictor_save(&predictor, &state);
     for (unsigned j = 0; j <= config->chain.mats; j++)
-        state.gap_hmil[j] = (uint16_t)(all_gaps_in * 1e5f + 0.5f);
+        state.gap_counts[j] = (uint16_t)(all_gaps_in * 1e5f + 0.5f);
     return mr_predictor_load(&predictor, &state);
 }
 

@@ -236,8 +236,8 @@ TEST(a_plan_is_off_by_what_it_is_told_to_be)
 {
     const struct score_landing landing = {.number = 2,
                                           .speed_ft_s = 30.0,
-                                          .knot_s = {0.0f, 1.0f, 2.0f},
-                                          .knot_ft_s2 = {5.0f, 5.0f, 5.0f}};
+                                          .plan_time_s = {0.0f, 1.0f, 2.0f},
+                                          .plan_deceleration_ft_s2 = {5.0f, 5.0f, 5.0f}};
     struct advised_told told = {.friction_times = 1.0, .harder = 1.0};
     struct mr_risk_plan plan;
     advised_draw_plan(&landing, 7, &told, &plan);

@@ -22,11 +22,11 @@ TEST(numbers_are_decimal)
     static const char *const none[] = {"", " ", "mm", "inf", "nan", "-inf", ".", "-", "+.e5", "e5"};
     const char *end;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        assert_true(mr_decimal_read(cases[i].text, &end) == cases[i].value);
+        assert_true(mr_decimal_parse(cases[i].text, &end) == cases[i].value);
         assert_int_equal(end - cases[i].text, cases[i].length);
     }
     for (size_t i = 0; i < sizeof none / sizeof none[0]; i++) {
-        assert_true(mr_decimal_read(none[i], &end) == 0.0);
+        assert_true(mr_decimal_parse(none[i], &end) == 0.0);
         assert_ptr_equal(end, none[i]);
     }
 }
@@ -45,7 +45,7 @@ TEST(as_the_library_reads_them)
             text[i] = letters[(random >> 16) % (sizeof letters - 1)];
         }
         text[sizeof text - 1] = '\0';
-        double wanted = strtod(text, &library), value = mr_decimal_read(text, &end);
+        double wanted = strtod(text, &library), value = mr_decimal_parse(text, &end);
         assert_ptr_equal(end, library);
         assert_memory_equal(&value, &wanted, sizeof value);
     }

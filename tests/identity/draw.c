@@ -107,13 +107,13 @@ static void add_chart(const struct score_landing *landing)
     mr_risk_plan_clear(&plan);
     plan.speed_ft_s = (float)(landing->speed_ft_s * between(&state, 0.95, 1.05));
     for (unsigned k = 0; k < SCORE_KNOTS; k++) {
-        plan.knot_s[k] = landing->knot_s[k];
-        plan.knot_ft_s2[k] = landing->knot_ft_s2[k] * (float)off;
+        plan.plan_time_s[k] = landing->plan_time_s[k];
+        plan.plan_deceleration_ft_s2[k] = landing->plan_deceleration_ft_s2[k] * (float)off;
     }
     for (unsigned r = 0; kind > 0.5 && r < MR_RISK_CHART_ROWS; r++) {
         plan.landings = (float)(landing->number - 1u);
-        plan.row_ft_s2[r] = 3.0f + 1.5f * (float)r;
-        plan.row_log_odds[r] = (float)between(&state, -4.0, 4.0);
+        plan.chart_deceleration_ft_s2[r] = 3.0f + 1.5f * (float)r;
+        plan.chart_log_odds[r] = (float)between(&state, -4.0, 4.0);
     }
     for (unsigned i = 0; i < MR_RISK_PLAN_ITEM_COUNT; i++) {
         float value = mr_risk_plan_get_item(&plan, i);

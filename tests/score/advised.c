@@ -104,14 +104,15 @@ void advised_draw_plan(const struct score_landing *landing, uint32_t series,
     plan->speed_ft_s = (float)(landing->speed_ft_s *
                                fmin(fmax(1.0 + SPEED_ERROR * score_normal(&state), 0.9), 1.1));
     for (unsigned i = 0; i < SCORE_KNOTS; i++) {
-        plan->knot_s[i] = landing->knot_s[i] * (float)bend;
-        plan->knot_ft_s2[i] = landing->knot_ft_s2[i] * (float)(factor / told->harder);
+        plan->plan_time_s[i] = landing->plan_time_s[i] * (float)bend;
+        plan->plan_deceleration_ft_s2[i] = landing->plan_deceleration_ft_s2[i] *
+                                           (float)(factor / told->harder);
     }
 }
 
 static double plan_ft_s2(const struct mr_risk_plan *plan, double t_s)
 {
-    const float *t = plan->knot_s, *a = plan->knot_ft_s2;
+    const float *t = plan->plan_time_s, *a = plan->plan_deceleration_ft_s2;
     if (t_s <= (double)t[0])
         return (double)a[0];
     for (unsigned i = 1; i < SCORE_KNOTS; i++) {
@@ -136,7 +137,7 @@ double advised_plan_hardest_ft_s2(const struct mr_risk_plan *plan)
 {
     double most = 0.0;
     for (unsigned i = 0; i < SCORE_KNOTS; i++)
-        most = fmax(most, (double)plan->knot_ft_s2[i]);
+        most = fmax(most, (double)plan->plan_deceleration_ft_s2[i]);
     return most;
 }
 
@@ -169,8 +170,9 @@ bool advised_charts(const struct score_truth *truth, const struct advised_told *
         known[i].true_ft_s2 = advised_mean_ft_s2(&truth->landing[i], series.touchdown_ft);
         known[i].profile.point_count = SCORE_KNOTS;
         for (unsigned k = 0; k < SCORE_KNOTS; k++) {
-            known[i].profile.t_s[k] = (double)plan.knot_s[k];
-            known[i].profile.factor[k] = (double)plan.knot_ft_s2[k] / known[i].plan_ft_s2;
+            known[i].profile.t_s[k] = (double)plan.plan_time_s[k];
+            known[i].profile.factor[k] = (double)plan.plan_deceleration_ft_s2[k] /
+                                         known[i].plan_ft_s2;
         }
         advised_read(&truth->landing[i], &facts, &known[i]);
         forget(told, i, &known[i]);
@@ -199,8 +201,8 @@ bool advised_charts(const struct score_truth *truth, const struct advised_told *
 void advised_chart_put(const struct advised_chart *chart, size_t rows, struct mr_risk_plan *plan)
 {
     for (size_t r = 0; r < rows; r++) {
-        plan->row_ft_s2[r] = (float)chart->mean_ft_s2[r];
-        plan->row_log_odds[r] = (float)log(chart->p[r] / (1.0 - chart->p[r]));
-        plan->row_ft[r] = (float)chart->half_ft[r];
+        plan->chart_deceleration_ft_s2[r] = (float)chart->mean_ft_s2[r];
+        plan->chart_log_odds[r] = (float)log(chart->p[r] / (1.0 - chart->p[r]));
+        plan->chart_zone_ft[r] = (float)chart->half_ft[r];
     }
 }

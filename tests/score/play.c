@@ -65,16 +65,16 @@ static void gear_tell(const struct known_gear *gear, double touchdown_ft, double
     input->is_on_runway = (double)input->wheel_ft >= touchdown_ft;
 }
 
-struct score_zone score_longest(const uint16_t *gap_hmil, double from_ft)
+struct score_zone score_longest(const uint16_t *gap_counts, double from_ft)
 {
     struct score_zone best = {0, 0};
     int from = from_ft > 0.0 ? (int)ceil(from_ft / SCORE_MAT_FT) : 0;
     for (int first = from; first < SCORE_JOINTS; first++) {
         int last_open = first - 10;
-        if (gap_hmil[first] > CLOSED_HMIL)
+        if (gap_counts[first] > CLOSED_HMIL)
             continue;
         for (int j = first + 1; j < SCORE_JOINTS; j++) {
-            if (gap_hmil[j] > CLOSED_HMIL) {
+            if (gap_counts[j] > CLOSED_HMIL) {
                 if (j - last_open < 10)
                     break;
                 last_open = j;
@@ -166,7 +166,7 @@ static double event_of(const struct score_landing *landing, struct score_zone *z
     double event_s = (double)NAN;
     for (unsigned k = 0; k < landing->looks; k++) {
         double wheel_ft = (double)landing->wheel_ft[k];
-        zones[k] = score_longest(landing->gap_hmil[k], wheel_ft);
+        zones[k] = score_longest(landing->gap_counts[k], wheel_ft);
         double near_ft = zones[k].first * SCORE_MAT_FT - wheel_ft;
         bool at_it = wheel_ft > 0.0 && near_ft < SCORE_EVENT_FT &&
                      (double)landing->speed_at_ft_s[k] > SCORE_SLOW_FT_S;

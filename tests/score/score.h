@@ -81,7 +81,7 @@ struct score_outcome {
 
 /* Longest zone of joints with their left ends at `from_ft` or beyond: closed joints (a gap of 0.001
  * in at most) at both ends, no ten in a row with more than one open. */
-struct score_zone score_longest(const uint16_t *gap_hmil, double from_ft);
+struct score_zone score_longest(const uint16_t *gap_counts, double from_ft);
 
 /* Plays a series in one view. Looks and outcomes are handed over one by one. */
 struct score_sink {
@@ -94,8 +94,8 @@ struct score_sink {
                   const struct mr_predictor_input *input, unsigned ms);
     void *ctx;
 };
-/* Time at which the wheel first reaches a zone of SCORE_EVENT_MATS, from the first row; NaN: it does
- * not. `most_mats`: NULL or the longest true zone at the wheel. */
+/* Time at which the wheel first reaches a zone of SCORE_EVENT_MATS, from the first row; NaN: it
+ * does not. `most_mats`: NULL or the longest true zone at the wheel. */
 double score_event_s(const struct score_landing *landing, int16_t *most_mats);
 /* Slack of the segments as the survey before the landing reads it. */
 void score_read_survey(const struct score_landing *landing, float *sum_in, uint64_t *state);

@@ -200,11 +200,12 @@ static void brake_in_pulses(struct gear *gear, const struct kind *kind, uint32_t
 
 static void note_braking(const struct gear *gear, struct score_landing *landing)
 {
-    landing->knot_s[0] = 0.0f;
-    landing->knot_s[1] = (float)gear->bend_from_s;
-    landing->knot_s[2] = (float)gear->bend_to_s;
-    landing->knot_ft_s2[0] = landing->knot_ft_s2[1] = (float)gear->first_ft_s2;
-    landing->knot_ft_s2[2] = (float)gear->last_ft_s2;
+    landing->plan_time_s[0] = 0.0f;
+    landing->plan_time_s[1] = (float)gear->bend_from_s;
+    landing->plan_time_s[2] = (float)gear->bend_to_s;
+    landing->plan_deceleration_ft_s2[0] = landing->plan_deceleration_ft_s2[1] =
+        (float)gear->first_ft_s2;
+    landing->plan_deceleration_ft_s2[2] = (float)gear->last_ft_s2;
 }
 
 /* Path of the thrust, looks and edges. */
@@ -399,7 +400,7 @@ static bool land(const struct score_series *series, struct score_landing *landin
         for (int j = 1; j <= SCORE_JOINTS; j++) {
             double opening_ft = gap_ft[j - 1] + (j <= SCORE_MATS ? u_ft[j] : 0.0) -
                                 (j > 1 ? u_ft[j - 1] : 0.0);
-            landing->gap_hmil[k][j - 1] = (uint16_t)(fmax(0.0, opening_ft) * 12e5 + 0.5);
+            landing->gap_counts[k][j - 1] = (uint16_t)(fmax(0.0, opening_ft) * 12e5 + 0.5);
         }
     }
     for (int j = 1; j <= SCORE_JOINTS; j++) {
@@ -479,7 +480,7 @@ static bool carry(struct score_landing *landing, enum score_kind kind, FILE *fil
            move(landing->u_in, sizeof landing->u_in[0], landing->rows, file) == landing->rows &&
            move(landing->wheel_ft, sizeof(float), landing->looks, file) == landing->looks &&
            move(landing->speed_at_ft_s, sizeof(float), landing->looks, file) == landing->looks &&
-           move(landing->gap_hmil, sizeof landing->gap_hmil[0], landing->looks, file) ==
+           move(landing->gap_counts, sizeof landing->gap_counts[0], landing->looks, file) ==
                landing->looks &&
            (!kinds[kind].planar || move(&landing->wave_s, sizeof landing->wave_s, 1, file) == 1);
 }

@@ -57,11 +57,11 @@ struct score_landing {
     float edge_s[SCORE_SWITCHES + 8], edge_ft[SCORE_SWITCHES + 8]; /* nominal stations */
     float gap_in[SCORE_JOINTS];                                    /* before */
     /* braking as it is meant, without onset and ripple: time from touchdown */
-    float knot_s[SCORE_KNOTS], knot_ft_s2[SCORE_KNOTS];
+    float plan_time_s[SCORE_KNOTS], plan_deceleration_ft_s2[SCORE_KNOTS];
     float u_in[SCORE_ROWS_MAX][SCORE_STATIONS];
     float wheel_ft[SCORE_LOOKS_MAX], speed_at_ft_s[SCORE_LOOKS_MAX];
     /* hundredths of a mil, 1e-5 in; 0: pressed together */
-    uint16_t gap_hmil[SCORE_LOOKS_MAX][SCORE_JOINTS];
+    uint16_t gap_counts[SCORE_LOOKS_MAX][SCORE_JOINTS];
     float wave_s; /* planar: a bow wave begins; NaN: none. Looks end there */
 };
 

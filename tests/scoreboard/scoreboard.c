@@ -97,7 +97,7 @@ static void print_share(size_t agree, size_t runways, double needed)
     printf("%zu of %zu (%.0f to %.0f %%)", agree, runways, 100.0 * w.low, 100.0 * w.high);
 }
 
-static void print_outcome(const struct played *p)
+static void print_memory_test(const struct played *p)
 {
     const struct landing_series *c = &p->series;
     double bits = series_log_score_bits(c, &p->facts, p->runs);
@@ -128,9 +128,9 @@ static void print_rows(const struct played *weightless, const struct played *ela
 {
     const struct landing_series *c = &weightless->series;
     printf("| %s | %s | ", c->name, c->observed);
-    print_outcome(weightless);
+    print_memory_test(weightless);
     printf(" | ");
-    print_outcome(elastic);
+    print_memory_test(elastic);
     puts(" |");
     for (size_t i = 0; i < weightless->facts.count; i++) {
         char range[64];

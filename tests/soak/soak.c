@@ -251,7 +251,7 @@ static void serial_frame_came(struct soak *soak, const struct mr_frame *frame)
         timed = true;
     }
     if (frame->type == MR_ID_BLOCK &&
-        mr_block_get(&block, frame->payload, frame->length) == MR_OK) {
+        mr_block_decode(&block, frame->payload, frame->length) == MR_OK) {
         again = timebase_apply_clock(&soak->time[LINK_SERIAL], block.index, block.tick);
         timed = true;
     }

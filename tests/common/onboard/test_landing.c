@@ -242,7 +242,7 @@ TEST_IN(a_closing_switch_has_no_name, rig_before, NULL)
         next_block(index++, NULL, 0);
     assert_int_equal(landing.edge[0].position, 0);
     assert_near(landing.edge[0].step_codes, 0.0, 0.0);
-    assert_int_equal(landing.event[0].reason, MR_SWITCH_OTHER_STEP);
+    assert_int_equal(landing.event[0].reason, MR_SWITCH_UNKNOWN_STEP);
 }
 
 /* The same edges, a block at a time in turn, to two rigs: switches 5 ft apart, and 10 ft apart with

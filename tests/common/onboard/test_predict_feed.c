@@ -119,7 +119,7 @@ TEST(what_moved_is_held_until_a_switch_speaks)
     static struct mr_predictor predictor;
     struct landing landing = rolling();
     predictor.moved_mask = 5;
-    assert_int_equal(predict_find_kept_zeros(&predictor, &landing), 5);
+    assert_int_equal(predict_find_frozen_zeros(&predictor, &landing), 5);
     landing.edges = 1;
-    assert_int_equal(predict_find_kept_zeros(&predictor, &landing), 0);
+    assert_int_equal(predict_find_frozen_zeros(&predictor, &landing), 0);
 }
