@@ -10,6 +10,7 @@
 
 #include "common/decimal.h"
 #include "host/analyse/rig.h"
+#include "host/base/output.h"
 #include "host/base/quantity.h"
 #include "host/base/spell_suggest.h"
 #include "host/base/xmalloc.h"
@@ -112,6 +113,7 @@ void inspection_format(const struct inspection_field *field, const json_t *value
     const char *text = json_string_value(json_object_get(values, field->name));
     struct estimate n = inspection_number(values, field->name);
     snprintf(out, INSPECTION_TEXT_SIZE, "%s", text ? text : "");
+    text_blank_controls(out);
     if (!isnan(n.value))
         snprintf(out, INSPECTION_TEXT_SIZE, n.error > 0.0 ? "%.15g+-%.15g" : "%.15g", n.value,
                  n.error);
@@ -213,15 +215,13 @@ static enum mr_status read_text(const struct inspection_field *field, const char
     char advice[240], digest[SHA256_DIGEST_STRING_LENGTH];
     struct spell_suggest near;
     const char *was = json_string_value(json_object_get(values, field->name));
-    bool fits = strlen(text) < INSPECTION_TEXT_SIZE - 40 && !text[strcspn(text, "\r\n")];
-    json_t *value = fits ? json_string(text) : NULL;
     const bool is_other = !was || strcmp(was, text) != 0;
-    if (!value)
+    if (strlen(text) >= INSPECTION_TEXT_SIZE - 40 || !text_is_plain(text))
         return error_set(error, MR_USAGE,
                          "not a text: the value of %s; give one line of at most %d characters of "
-                         "UTF-8",
+                         "UTF-8, not only blanks",
                          field->name, INSPECTION_TEXT_SIZE - 41);
-    json_object_set_new(values, field->name, value);
+    json_object_set_new(values, field->name, json_string(text));
     if (field->choices && !spell_suggest_add_choices(&near, text, field->choices)) {
         snprintf(advice, sizeof advice, "give one of %s", field->choices);
         return refuse_name(&near, "not a choice", field->name, advice, error);
@@ -300,8 +300,16 @@ bool inspection_copy_value(const struct inspection_field *field, const json_t *f
 
 /* ---- rows ---- */
 
+static bool is_run(struct store *store, double number)
+{
+    struct store_landing landing;
+    struct error none = {0};
+    return store_landing_get(store, (int64_t)number, &landing, &none) == MR_OK;
+}
+
 /* Returns what is wrong with the values as a whole; NULL: nothing. */
-static const char *broken_rule(const struct store_record *row, const json_t *values)
+static const char *broken_rule(struct store *store, const struct store_record *row,
+                               const json_t *values)
 {
 #define HAS(field)       (json_object_get(values, #field) != NULL)
 #define NUMBER_OF(field) (inspection_number(values, #field).value)
@@ -387,7 +395,7 @@ enum mr_status inspection_add(struct store *store, struct inspections *all,
         return error_set(error, MR_TOO_LONG,
                          "record too long: %s; give at most %zu characters in all", row->kind,
                          sizeof put.fields - 1);
-    const char *broken = values ? broken_rule(row, values) : NULL;
+    const char *broken = values ? broken_rule(store, row, values) : NULL;
     if (broken)
         return error_set(error, MR_USAGE, "wrong record of %s: %s", row->kind, broken);
     const struct inspection *same = values && row->corrects == STORE_NONE

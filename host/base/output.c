@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <jansson.h>
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
@@ -69,6 +70,31 @@ enum mr_status output_check_file_format(const char *path, const char *wanted, st
 size_t utf8_bom_length(const char *text, size_t length)
 {
     return length >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0 ? 3 : 0;
+}
+
+static char *find_control(const char *text)
+{
+    while ((unsigned char)*text >= 0x20 && *text != 0x7f &&
+           !((unsigned char)*text == 0xc2 && ((unsigned char)text[1] & 0xe0) == 0x80))
+        text++;
+    return (char *)text;
+}
+
+bool text_is_plain(const char *text)
+{
+    json_t *utf8 = json_string(text);
+    const bool is_plain = utf8 && text[strspn(text, " ")] && !*find_control(text);
+    json_decref(utf8);
+    return is_plain;
+}
+
+void text_blank_controls(char *text)
+{
+    while (*(text = find_control(text))) {
+        if ((unsigned char)*text == 0xc2)
+            text[1] = ' ';
+        *text = ' ';
+    }
 }
 
 static enum mr_status set_write_error(const char *path, struct error *error)

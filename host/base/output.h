@@ -61,5 +61,10 @@ enum mr_status output_check_file_format(const char *path, const char *wanted, st
 /* Length in bytes (0 or 3) of a UTF-8 byte order mark at the start of a text. Spreadsheets write
  * such a mark. */
 size_t utf8_bom_length(const char *text, size_t length);
+/* Returns true for UTF-8 with a character other than a blank and without control characters (C0,
+ * DEL, C1), which a terminal would execute. */
+bool text_is_plain(const char *text);
+/* Replaces control characters by blanks. */
+void text_blank_controls(char *text);
 
 #endif

@@ -284,10 +284,11 @@ static void check_request(const struct request *r)
          "more than one action: give fields, --correct, --withdraw, --measure, --compare, --csv or "
          "-o"},
         {r->measure && !r->path, "no file for the page: give --measure N -o F.html"},
-        {(r->correct || r->withdraw) && !(r->reason && r->reason[0]),
+        {(r->correct || r->withdraw) && !r->reason,
          "no reason: a correction or withdrawal needs --reason TEXT"},
         {r->reason && strlen(r->reason) >= STORE_JOURNAL_TEXT_SIZE,
          "reason too long: give fewer characters"},
+        {r->reason && !text_is_plain(r->reason), "not a text: give one line of UTF-8 for --reason"},
         {!r->kind && !r->correct && !r->measure && (r->fields || r->csv || r->path),
          "no kind: give matrig record DB KIND; matrig record --kinds lists the kinds"},
         {r->compare && !r->place, "one landing only: give matrig record DB --compare RUN RUN"},

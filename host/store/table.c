@@ -7,6 +7,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "host/base/output.h"
 #include "host/base/xmalloc.h"
 
 /* Pages of a damaged file can form a loop. A statement is therefore stopped after many more steps
@@ -463,14 +464,7 @@ void store_copy_text(sqlite3_stmt *statement, int column, char *out, size_t size
             cut--;
         out[cut] = '\0';
     }
-    for (char *p = out; *p; p++) {
-        /* Remove control characters (C0, DEL, C1 in UTF-8), which a terminal would execute: another
-         * program may have written the text. */
-        if ((unsigned char)*p < 0x20 || *p == 0x7f)
-            *p = ' ';
-        else if ((unsigned char)*p == 0xc2 && ((unsigned char)p[1] & 0xe0) == 0x80)
-            p[0] = p[1] = ' ';
-    }
+    text_blank_controls(out); /* another program may have written the text */
 }
 
 /* ---- statements, prepared at their first use ---- */

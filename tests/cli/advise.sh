@@ -137,14 +137,14 @@ relation_without_records() { # refused before the minutes of work, with what to 
         fails_with 5 'too few landings for --release: 0 ' $matrig advise "$db" $plan --release 10ft
 }
 check "a relation without records is refused" relation_without_records
-# After landing 5 mats are closed; newly laid ones are not. A repair that is still to come, open damage, a withdrawn record and new rivets change nothing.
+# After landing 5 mats are closed; newly laid ones are not. Open damage, a withdrawn record and new rivets change nothing.
 repairs_reset_joints() {
     local all=$tmp/repair.db
     damage() { $matrig --quiet record "$all" damage "$@" >/dev/null; }
     sqlite3 "$db" "vacuum into '$all'"
-    damage 2 station_ft=0 length_ft=120 repair=open && damage 2 station_ft=0 length_ft=120 repair=relaid repaired=9 &&
-        damage 2 station_ft=0 length_ft=120 repair=relaid && $matrig --quiet record "$all" --withdraw 3 --reason 'other runway' >/dev/null && damage 1 station_ft=0 length_ft=120 what=rivet repair=replaced repaired=2 || return 1
-    db=$all advise same $plan && damage 1 station_ft=0 length_ft=120 repair=replaced repaired=3 && db=$all advise laid $plan || return 1
+    damage 2 station_ft=0 length_ft=120 what=weld repair=open &&
+        damage 2 station_ft=0 length_ft=120 what=weld repair=relaid && $matrig --quiet record "$all" --withdraw 2 --reason 'other runway' >/dev/null && damage 1 station_ft=0 length_ft=120 what=rivet repair=replaced repaired=2 || return 1
+    db=$all advise same $plan && damage 1 station_ft=0 length_ft=120 what=weld repair=replaced repaired=3 && db=$all advise laid $plan || return 1
     holds 'worn, same, laid = d
 assert same == worn and worn["learned"]["repairs"] == 0 and laid["learned"]["repairs"] == 1
 p = [[r["zone"] for r in x["rows"] if r["plan"]][0] for x in (worn, laid)]; print(p)

@@ -169,7 +169,7 @@ in_the_report() {
 }
 # Mats are 2 ft by 7: mat 2 from 2/7 to 4/7 ft. Valid records alone; mat 8 (2 to 16/7 ft) was withdrawn.
 map_in_the_report() {
-    cp "$db" "$tmp/m.db" && $matrig --quiet record "$tmp/m.db" damage 2 station_ft=88 length_ft=5 repair=relaid >/dev/null && $matrig --json report "$tmp/m.db" -o "$tmp/map.html" >/dev/null && python3 - "$tmp/map.html" <<'PY'
+    cp "$db" "$tmp/m.db" && $matrig --quiet record "$tmp/m.db" damage 2 station_ft=88 length_ft=5 what=weld repair=relaid >/dev/null && $matrig --json report "$tmp/m.db" -o "$tmp/map.html" >/dev/null && python3 - "$tmp/map.html" <<'PY'
 import json, re, sys
 page = open(sys.argv[1]).read()
 found, = re.findall(r'aria-label="damage and acceptance against station"><script type="application/json">(.*?)</script>', page, re.S)
@@ -196,7 +196,7 @@ assert bare == {"pieces", "repaired"}, bare' || return 1
 in_si() { $matrig --si record "$db" mat 2>&1 | tee "$tmp/said" | grep 'joint strength (N/m)' && grep "$(awk 'BEGIN {printf "%.6g", 12.8 * 4.4482216152605 / 0.0254}')" "$tmp/said" && $matrig --si record "$db" conditions | grep -F "23 +- 1 "; }
 bundled_repairs() { # RUN 2 is RUN 1 of the bundle, so what RUN 3 begins with is RUN 2
     cp "$tmp/none.db" "$tmp/b.db"
-    $matrig --quiet record "$tmp/b.db" damage 2 station_ft=60 repair=relaid repaired=3 >/dev/null && $matrig --quiet bundle "$tmp/b.db" 2 -o "$tmp/b1.db" && [ "$(field "$tmp/b1.db" 1 "['fields']['repaired']")" = 2.0 ]
+    $matrig --quiet record "$tmp/b.db" damage 2 station_ft=60 what=weld repair=relaid repaired=3 >/dev/null && $matrig --quiet bundle "$tmp/b.db" 2 -o "$tmp/b1.db" && [ "$(field "$tmp/b1.db" 1 "['fields']['repaired']")" = 2.0 ]
 }
 with_a_bundle() { $matrig --quiet bundle "$db" 2 -o "$tmp/one.db" && $matrig record "$tmp/one.db" >"$tmp/said" && grep 'dislocated' "$tmp/said" && grep '12.8 (was 11.5)' "$tmp/said" && ! grep '^ *1 *1 *coast' "$tmp/said"; }
 once() { # a field given twice, a record or a sheet entered twice; the second piece of damage has a place of its own
@@ -227,10 +227,11 @@ rules() { # each sentence names what is wrong
         eval "set -- $words"
         fails_with 2 "$expected" $matrig record "$tmp/o.db" "$@" || return 1
     done <<'T'
-repaired is the first RUN after the repair|damage 2 station_ft=88 repair=relaid repaired=2
-not a whole number: 2.5 for repaired|damage 1 station_ft=88 repair=relaid repaired=2.5
-repaired needs the field repair|damage 1 station_ft=88 repaired=2
-a repair needs station_ft|damage 1 repair=relaid
+repaired is the first RUN after the repair|damage 2 station_ft=88 what=weld repair=relaid repaired=2
+repaired is beyond the next RUN|damage 1 station_ft=88 what=weld repair=relaid repaired=99999
+not a whole number: 2.5 for repaired|damage 1 station_ft=88 what=weld repair=relaid repaired=2.5
+repaired needs the field repair|damage 1 station_ft=88 what=weld repaired=2
+a repair needs station_ft|damage 1 what=weld repair=relaid
 shares of the axles do not sum to 100|conditions 1 front_axle_percent=60 middle_axle_percent=60
 shares of the axles do not sum to 100|conditions 1 front_axle_percent=30 middle_axle_percent=30 rear_axle_percent=30
 not a temperature: .C. for temperature_f|conditions 1 temperature_f=C
@@ -247,9 +248,22 @@ out of range: 0 for joint|joint 0 stop_deg=3
 out of range: 130 for station_ft; allowed: 0 to 120 ft|subgrade 130 cbr_percent=12
 out of range: 121 for station_ft|damage 1 station_ft=121
 no value|mat 5 joint_lb_in=
-one line of at most|damage 1 note=$'two\nlines'
+wrong record of damage: what is missing; give what=KIND|damage 1 station_ft=88
+wrong record of damage: what is missing|damage 1 note=bent
+one line of at most|damage 1 what=weld note=$'two\nlines'
+the value of note; .* not only blanks|damage 1 what=weld note='  '
+the value of note|damage 1 what=weld note=$'\e[31mred'
+the value of note|damage 1 what=weld note=$'\xc2\x9b31mred'
+the value of note|damage 1 what=weld note=$'M\xfcller'
+the value of --who|damage 1 what=weld --who $'M\xfcller'
+the value of --who|damage 1 what=weld --who ''
+the value of --who; give one line of at most 39|damage 1 what=weld --who 1234567890123456789012345678901234567890
+give one line of UTF-8 for --reason|--withdraw 1 --reason $'M\xfcller'
 T
-    $matrig --quiet record "$tmp/o.db" conditions 1 front_axle_percent=33.3 middle_axle_percent=33.3 rear_axle_percent=33.3 >/dev/null && $matrig --quiet record "$tmp/o.db" damage 1 station_ft=88 repair=relaid repaired=2 >/dev/null
+    # a note that another program wrote does not reach the terminal with its codes
+    cp "$tmp/o.db" "$tmp/n.db" && $matrig --quiet record "$tmp/n.db" damage 1 what=rivet note=x >/dev/null && sqlite3 "$tmp/n.db" "insert into records (made_us, kind, landing, fields) values (1, 'damage', 1, '{\"note\": \"\u001b[31mred\"}')" &&
+        $matrig record "$tmp/n.db" damage | grep ' \[31mred' && ! $matrig record "$tmp/n.db" damage | grep $'\e' || return 1
+    $matrig --quiet record "$tmp/o.db" conditions 1 front_axle_percent=33.3 middle_axle_percent=33.3 rear_axle_percent=33.3 >/dev/null && $matrig --quiet record "$tmp/o.db" damage 1 station_ft=88 what=weld repair=relaid repaired=2 >/dev/null
 }
 kept_values() { # FIELD= leaves a kept value out; a corrected old record is not the newest
     cp "$tmp/none.db" "$tmp/k.db"
