@@ -209,10 +209,55 @@ static enum mr_status read_marks(const struct inspection_field *field, const cha
     return MR_OK;
 }
 
+const char *inspection_picture_format(const char *path)
+{
+    static const struct {
+        const char *format;
+        size_t at, length;
+        const char *bytes;
+    } formats[] = {{"png", 0, 8, "\x89PNG\r\n\x1a\n"},
+                   {"jpeg", 0, 3, "\xff\xd8\xff"},
+                   {"tiff", 0, 4, "II*"},
+                   {"tiff", 0, 4, "MM\0*"},
+                   {"gif", 0, 4, "GIF8"},
+                   {"webp", 8, 4, "WEBP"},
+                   {"heic", 4, 6, "ftyphe"},
+                   {"heic", 4, 8, "ftypmif1"}};
+    char bytes[16] = "";
+    FILE *file = fopen(path, "rb");
+    const size_t count = file ? fread(bytes, 1, sizeof bytes, file) : 0;
+    if (file)
+        fclose(file);
+    for (size_t i = 0; i < sizeof formats / sizeof formats[0]; i++)
+        if (count >= formats[i].at + formats[i].length &&
+            memcmp(bytes + formats[i].at, formats[i].bytes, formats[i].length) == 0)
+            return formats[i].format;
+    return NULL;
+}
+
+static enum mr_status read_picture(const struct inspection_field *field, const char *text,
+                                   json_t *values, struct error *error)
+{
+    char digest[SHA256_DIGEST_STRING_LENGTH], *path = realpath(text, NULL);
+    if (!path || !SHA256File(path, digest))
+        error_set(error, MR_IO, "cannot read %s (given for %s); check the path", text, field->name);
+    else if (!inspection_picture_format(path))
+        error_set(
+            error, MR_MALFORMED,
+            "not a picture: %s (given for %s); give a PNG, JPEG, TIFF, GIF, WebP or HEIC file",
+            text, field->name);
+    else {
+        json_object_set_new(values, field->name, json_string(path));
+        json_object_set_new(values, field[1].name, json_string(digest));
+    }
+    free(path);
+    return error->status;
+}
+
 static enum mr_status read_text(const struct inspection_field *field, const char *text,
                                 json_t *values, struct error *error)
 {
-    char advice[240], digest[SHA256_DIGEST_STRING_LENGTH];
+    char advice[240];
     struct spell_suggest near;
     const char *was = json_string_value(json_object_get(values, field->name));
     const bool is_other = !was || strcmp(was, text) != 0;
@@ -231,12 +276,7 @@ static enum mr_status read_text(const struct inspection_field *field, const char
             error, MR_IO,
             "the picture has changed: %s of the file is not %.12s...; restore the file",
             field->name, text);
-    if (field->type == INSPECTION_PICTURE && !SHA256File(text, digest))
-        return error_set(error, MR_IO, "cannot read %s (given for %s); check the path", text,
-                         field->name);
-    if (field->type == INSPECTION_PICTURE)
-        json_object_set_new(values, field[1].name, json_string(digest));
-    return MR_OK;
+    return field->type == INSPECTION_PICTURE ? read_picture(field, text, values, error) : MR_OK;
 }
 
 enum mr_status inspection_read(const struct inspection_kind *kind, const char *word, json_t *values,
@@ -274,16 +314,21 @@ enum mr_status inspection_read(const struct inspection_kind *kind, const char *w
     return error->status;
 }
 
-char *inspection_find_picture(const struct inspection *entry, struct error *error)
+char *inspection_find_picture(const struct inspections *all, const struct inspection *entry,
+                              struct error *error)
 {
     const char *file = json_string_value(json_object_get(entry->values, "file")),
                *was = json_string_value(json_object_get(entry->values, "file_sha256"));
     char digest[SHA256_DIGEST_STRING_LENGTH];
-    if (file && was && SHA256File(file, digest) && strcmp(digest, was) == 0)
-        return realpath(file, NULL);
+    char *path = xasprintf("%s%s", file && file[0] == '/' ? "" : all->folder, file ? file : "-");
+    const bool is_there = SHA256File(path, digest) != NULL;
+    if (is_there && was && strcmp(digest, was) == 0)
+        return path;
     error_set(error, MR_IO,
-              "the picture has changed: %s is missing or not the file of record %lld; restore it",
-              file ? file : "-", (long long)entry->row.id);
+              "the picture %s: %s; restore it, or give its path: matrig record DB --correct %lld "
+              "file=PATH --reason TEXT",
+              is_there ? "has changed" : "is missing", path, (long long)entry->row.id);
+    free(path);
     return NULL;
 }
 
@@ -386,6 +431,10 @@ enum mr_status inspection_add(struct store *store, struct inspections *all,
     void *next;
     json_object_foreach_safe(values, next, key, value) if (json_is_null(value))
         json_object_del(values, key);
+    const char *picture = json_string_value(json_object_get(values, "file"));
+    const size_t folder = strlen(all->folder);
+    if (picture && strncmp(picture, all->folder, folder) == 0)
+        json_object_set_new(values, "file", json_string(picture + folder));
     char *text = values
                    ? json_dumps(values, JSON_SORT_KEYS | JSON_COMPACT | JSON_REAL_PRECISION(15))
                    : xstrdup("");
@@ -426,6 +475,8 @@ enum mr_status inspection_load(struct store *store, struct inspections *all, str
      * number */
     *all = (struct inspections){.room = 2 * count + 16, .next_id = 1};
     all->entry = xcalloc(all->room, sizeof *all->entry);
+    all->folder = realpath(store_path(store), NULL) ?: xstrdup("/");
+    strrchr(all->folder, '/')[1] = '\0';
     for (size_t i = 0; i < count; i++)
         append(all, &rows[i]);
     free(rows);
@@ -437,6 +488,7 @@ void inspection_free(struct inspections *all)
     for (size_t i = 0; i < all->count; i++)
         json_decref(all->entry[i].values);
     free(all->entry);
+    free(all->folder);
 }
 
 bool inspection_is_valid(const struct inspection *entry, const struct inspection_kind *kind,

@@ -79,6 +79,7 @@ struct inspections {
     struct inspection *entry; /* records in ascending order of id */
     size_t count, room;       /* number of entries in use and allocated */
     int64_t next_id;
+    char *folder; /* of the campaign, with a slash at its end */
 };
 /* Loads all records, except those of kinds that this version of matrig does not know. Call
  * inspection_free in every case. */
@@ -97,7 +98,8 @@ const struct inspection *inspection_newest(const struct inspections *all,
 /* Reads a number, "12.3+-0.4 lb/in", within the range of the field. */
 enum mr_status inspection_read_number(const struct inspection_field *field, const char *text,
                                       struct estimate *number, struct error *error);
-/* Reads FIELD=VALUE into `values`; "FIELD=" sets null. Marks, also as the value of the height that
+/* Reads FIELD=VALUE into `values`; "FIELD=" sets null. The path of a picture becomes absolute;
+ * inspection_add makes it relative to the folder of the campaign. Marks, also as the value of the height that
  * they give, are "DISTANCE: X,Y X,Y X,Y [ERROR]": those of rig_measure_height in pixels (default
  * ERROR: 1). A digest must be that of the picture that was read before. Fails with MR_UNKNOWN,
  * MR_USAGE (also if the field was read before), or MR_IO if a picture cannot be read. */
@@ -107,9 +109,13 @@ enum mr_status inspection_read(const struct inspection_kind *kind, const char *w
  * `from` has no value. */
 bool inspection_copy_value(const struct inspection_field *field, const json_t *from,
                            json_t *values);
-/* Returns the path of an unchanged picture, which the caller frees. NULL: the record has no
- * picture, or the picture has changed. */
-char *inspection_find_picture(const struct inspection *entry, struct error *error);
+/* Returns the format of a picture as in its MIME type ("png"), from its first bytes; NULL: not a
+ * picture. */
+const char *inspection_picture_format(const char *path);
+/* Returns the path of an unchanged picture, which the caller frees. NULL: the picture is missing or
+ * has changed. */
+char *inspection_find_picture(const struct inspections *all, const struct inspection *entry,
+                              struct error *error);
 /* Writes a row with these values, except nulls (`values` NULL: a withdrawal), and adds it to `all`,
  * whose entries may move. Refuses a record that breaks a rule of records.def or repeats the newest
  * one of its subject. The caller begins and ends the transaction. */

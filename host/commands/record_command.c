@@ -181,7 +181,7 @@ static void write_csv(const struct request *r, const struct inspections *all, in
 static void read_csv(const struct request *r, struct store *store, struct inspections *all,
                      struct answer *answer)
 {
-    static char text[WORDS_MAX][INSPECTION_TEXT_SIZE + 80];
+    static char text[WORDS_MAX][4096];
     char *line = NULL, *header = NULL, *head[WORDS_MAX], *cell[WORDS_MAX];
     size_t room = 0, columns = 0;
     const char *place = inspection_place(r->kind)->name;
@@ -215,7 +215,9 @@ static void read_csv(const struct request *r, struct store *store, struct inspec
             if (strcasecmp(head[c], place) == 0)
                 one.place = cell[c];
             else if (cell[c][0]) {
-                snprintf(text[c], sizeof text[c], "%.60s=%s", head[c], cell[c]);
+                const bool is_path = strcasecmp(head[c], "file") == 0 && cell[c][0] != '/';
+                snprintf(text[c], sizeof text[c], "%.60s=%s%s", head[c], is_path ? all->folder : "",
+                         cell[c]);
                 one.field[one.fields++] = text[c];
             }
         }
@@ -239,7 +241,7 @@ static void write_marks_page(const struct request *r, const struct inspections *
     const struct inspection *entry = find_valid(r, all, r->measure);
     const struct asset *page = asset_find("/picture.html");
     struct output output;
-    char *path = inspection_find_picture(entry, fatal);
+    char *path = inspection_find_picture(all, entry, fatal);
     output_check(r->path, path, fatal);
     output_begin(&output, r->path, fatal);
     fwrite(page->bytes, 1, (size_t)(page->end - page->bytes), output.file);
@@ -314,6 +316,16 @@ static void show_records(const struct cli *cli, const struct request *r,
     for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++)
         if (!r->kind || r->kind == kind)
             inspection_add_table(all, kind, run, 0, answer);
+    for (size_t i = 0; i < all->count; i++) {
+        const struct inspection *entry = &all->entry[i];
+        struct error error = {0};
+        if (inspection_is_valid(entry, r->kind, run) && json_object_get(entry->values, "file")) {
+            free(inspection_find_picture(all, entry, &error));
+            if (error.status != MR_OK)
+                answer_add_sentence(answer, NULL, "Record %lld: %s.", (long long)entry->row.id,
+                                    error.text);
+        }
+    }
 }
 
 /* Names later records with the old value of a corrected field, which they may have kept. */

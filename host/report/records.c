@@ -97,7 +97,7 @@ static void write_pictures(const struct report *report, int64_t run, FILE *out)
         struct error error = {0};
         if (!name || !inspection_is_valid(entry, NULL, run))
             continue;
-        char *path = inspection_find_picture(entry, &error);
+        char *path = inspection_find_picture(&report->records, entry, &error);
         FILE *file = path ? fopen(path, "rb") : NULL;
         const size_t count = file ? fread(bytes, 1, sizeof bytes, file) : 0;
         if (count == sizeof bytes && fseek(file, 0, SEEK_END) == 0)
@@ -111,9 +111,9 @@ static void write_pictures(const struct report *report, int64_t run, FILE *out)
             fputs(")</figcaption></figure>\n", out);
         } else {
             fprintf(out,
-                    "</figcaption><img alt=\"\" style=\"max-width:100%%\" "
-                    "src=\"data:image/%s;base64,",
-                    bytes[0] == 0x89 ? "png" : "jpeg");
+                    "</figcaption><img alt=\"This browser cannot show the picture.\" "
+                    "style=\"max-width:100%%\" src=\"data:image/%s;base64,",
+                    inspection_picture_format(path) ?: "jpeg");
             html_write_base64(out, bytes, count);
             fputs("\"></figure>\n", out);
         }

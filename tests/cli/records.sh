@@ -109,12 +109,12 @@ csv_round_trip() {
     cp "$tmp/none.db" "$tmp/other.db" && $matrig --quiet record "$tmp/other.db" conditions --csv "$tmp/conditions.csv" >/dev/null && $matrig --quiet record "$tmp/other.db" conditions -o "$tmp/copy.csv" &&
         cmp "$tmp/conditions.csv" "$tmp/copy.csv" && grep 'vinyl, ""6 mil""' "$tmp/copy.csv" || return 1
     # the digest of a picture and the marks of a height are in the sheet, too
-    printf 'a picture' >"$tmp/wave.jpg"
+    printf '\xff\xd8\xff a picture' >"$tmp/wave.jpg"
     for db in "$tmp/other.db" "$tmp/copy.db"; do cp "$tmp/none.db" "$db"; done
     $matrig --quiet record "$tmp/other.db" picture 2 file="$tmp/wave.jpg" height_ft='2 ft +- 0.02 ft: 100,300 500,300 200,240' >/dev/null && $matrig --quiet record "$tmp/other.db" picture -o "$tmp/picture.csv" &&
         grep "$(sha256sum "$tmp/wave.jpg" | cut -c 1-64)" "$tmp/picture.csv" && $matrig --quiet record "$tmp/copy.db" picture --csv "$tmp/picture.csv" >/dev/null &&
         [ "$(field "$tmp/other.db" 1 "['fields']")" = "$(field "$tmp/copy.db" 1 "['fields']")" ] && field "$tmp/copy.db" 1 "['fields']['height_ft_marks']" | grep '^2 ft' || return 1
-    printf 'another picture' >"$tmp/wave.jpg" && cp "$tmp/none.db" "$tmp/copy.db" && fails_with 3 'line 2: the picture has changed: ' $matrig record "$tmp/copy.db" picture --csv "$tmp/picture.csv" || return 1
+    printf '\xff\xd8\xff another picture' >"$tmp/wave.jpg" && cp "$tmp/none.db" "$tmp/copy.db" && fails_with 3 'line 2: the picture has changed: ' $matrig record "$tmp/copy.db" picture --csv "$tmp/picture.csv" || return 1
     db=$tmp/campaign.db
     # a line that does not fit adds nothing of its file
     printf 'mat,joint_lb_in\n20,12.5\n21,-3\n' >"$tmp/bad.csv"
@@ -134,19 +134,31 @@ corrected_later() { # records that kept the value that was corrected are named, 
 }
 pictures_in_the_report() { # shown if they are unchanged and not too large
     cp "$tmp/none.db" "$tmp/p2.db"
-    printf '\xff\xd8\xff picture' >"$tmp/small.jpg" && head -c 2000001 /dev/zero | sed '1s/^/\x89PNG/' >"$tmp/large.png" && printf '\xff\xd8\xff old' >"$tmp/gone.jpg"
+    printf '\xff\xd8\xff picture' >"$tmp/small.jpg" && head -c 2000001 /dev/zero | sed '1s/^/\x89PNG\r\n\x1a\n/' >"$tmp/large.png" && printf '\xff\xd8\xff old' >"$tmp/gone.jpg"
     for file in small.jpg large.png gone.jpg; do $matrig --quiet record "$tmp/p2.db" picture 1 file="$tmp/$file" shows="<$file>" >/dev/null || return 1; done
     rm "$tmp/gone.jpg"
     sqlite3 "$tmp/p2.db" "insert into records (made_us, kind, landing, fields) values (1, 'picture', 1, '{\"file\": \"nothing.jpg\"}')" && $matrig record "$tmp/p2.db" picture | grep ' nothing.jpg' || return 1
     $matrig --quiet report "$tmp/p2.db" -o "$tmp/p2.html" >/dev/null && grep -o '<figure><figcaption>Record.*' "$tmp/p2.html" | cut -c 1-400 >"$tmp/said"
     cat "$tmp/said"
     [ "$(wc -l <"$tmp/said")" = 4 ] && grep -F "Record 1: &lt;small.jpg&gt;</figcaption><img " "$tmp/said" | grep -F "src=\"data:image/jpeg;base64,$(base64 -w0 "$tmp/small.jpg")\">" &&
-        grep -F 'large.png&gt; (not shown: ' "$tmp/said" | grep 'has 2.0 MB, and the limit is 2 MB)' && grep 'not shown: the picture has changed: ' "$tmp/said"
+        grep -F 'large.png&gt; (not shown: ' "$tmp/said" | grep 'has 2.0 MB, and the limit is 2 MB)' && grep 'not shown: the picture is missing: ' "$tmp/said"
 }
 pictures() { # the digest is the file's
-    printf 'not really a picture' >"$tmp/bow.jpg"
+    printf '\xff\xd8\xff not really a picture' >"$tmp/bow.jpg"
     record picture 2 file="$tmp/bow.jpg" station_ft=88 shows='two small waves' >/dev/null && [ "$(sqlite3 "$db" "select json_extract(fields, '\$.file_sha256') from records where kind = 'picture'")" = "$(sha256sum "$tmp/bow.jpg" | cut -c 1-64)" ] &&
-        fails_with 3 'cannot read .*none.jpg .given for file' $matrig record "$db" picture 2 file="$tmp/none.jpg"
+        fails_with 3 'cannot read .*none.jpg .given for file' $matrig record "$db" picture 2 file="$tmp/none.jpg" && fails_with 4 'not a picture: tests/cli/records.sh' $matrig record "$db" picture 2 file=tests/cli/records.sh &&
+        fails_with 2 'file is missing; give file=PATH' $matrig record "$db" picture 2 station_ft=88 shows=wave && fails_with 3 'cannot read /' $matrig record "$db" picture 2 file=/
+}
+pictures_from_anywhere() { # the path is relative to the folder of the database, else absolute
+    local at=$tmp/at other=$tmp/other matrig=$PWD/$matrig
+    mkdir -p "$at/film" "$other" && cp "$tmp/none.db" "$at/a.db" && printf '\xff\xd8\xff 1' >"$at/film/1.jpg" && printf '\xff\xd8\xff 2' >"$other/2.jpg" || return 1
+    (cd "$at/film" && $matrig --quiet record ../a.db picture 1 file=1.jpg && cd "../../other" && $matrig --quiet record ../at/a.db picture 1 file=2.jpg) >/dev/null || return 1
+    [ "$(field "$at/a.db" 1 "['fields']['file']")" = film/1.jpg ] && [ "$(field "$at/a.db" 2 "['fields']['file']")" = "$(realpath "$other/2.jpg")" ] && $matrig record "$at/a.db" picture >"$tmp/said" && ! grep 'picture .*: /' "$tmp/said" &&
+        $matrig --quiet report "$at/a.db" -o "$tmp/at.html" && grep -c '<figcaption>.*base64,' "$tmp/at.html" | grep '^2$' || return 1
+    # a sheet, too, from any folder
+    (cd "$other" && $matrig --quiet record ../at/a.db picture -o 2.csv && cp ../none.db ../at/b.db && $matrig --quiet record ../at/b.db picture --csv 2.csv) >/dev/null && [ "$(field "$at/b.db" 1 "['fields']['file']")" = film/1.jpg ] || return 1
+    printf '\xff\xd8\xff 3' >"$other/2.jpg" && rm "$at/film/1.jpg" && $matrig record "$at/a.db" 1 >"$tmp/said" && cat "$tmp/said" && tr '\n' ' ' <"$tmp/said" | tr -s ' ' >"$tmp/line" &&
+        grep 'Record 1: the picture is missing: .*/at/film/1.jpg; restore it, or give its path: .*Record 2: the picture has changed: .*/other/2.jpg; ' "$tmp/line"
 }
 # 2 ft are 400 pixels, 60 of them 0.3 ft; the errors are worked by hand in tests/host/test_rig.c. The page itself: tests/browser/picture.py.
 heights() {
@@ -159,7 +171,7 @@ heights() {
     bad 'not a list of marks: .2 ft: 1,2 3,4.' '2 ft: 1,2 3,4' && bad 'out of range: 0 ft' '0 ft: 0,0 90,0 1,1' && bad 'no scale: the points of known distance are 9 pixels apart' '2 ft: 0,0 9,0 1,1' && bad 'no scale' '2 ft: 0,0 90,0 nan,1' || return 1
     $matrig record "$all" --measure $((id + 1)) -o "$tmp/marks.html" && grep '<title>matrig picture' "$tmp/marks.html" && grep -F "<svg id=\"picture\" data-file=\"$(realpath "$tmp/bow.jpg")\" data-campaign=\"$all\" data-record=\"$((id + 1))\"></svg>" "$tmp/marks.html" || return 1
     fails_with 2 'no file for the page' $matrig record "$all" --measure $((id + 1)) && echo other >"$tmp/bow.jpg" &&
-        fails_with 3 'the picture has changed: .*bow.jpg' $matrig record "$all" --measure $((id + 1)) -o "$tmp/marks.html" && printf 'not really a picture' >"$tmp/bow.jpg"
+        fails_with 3 'the picture has changed: .*bow.jpg' $matrig record "$all" --measure $((id + 1)) -o "$tmp/marks.html" && printf '\xff\xd8\xff not really a picture' >"$tmp/bow.jpg"
 }
 in_the_report() {
     record damage 2 station_ft=85 what=dislocated pieces=13 side=left note='<i>overrun' >/dev/null && $matrig --json report "$db" -o "$tmp/with.html" >/dev/null || return 1
@@ -386,6 +398,7 @@ check "what was different between two landings" what_was_different
 check "CSV out and in is the same" csv_round_trip
 check "a correction names later records with the old value" corrected_later
 check "a picture has the digest of its file" pictures
+check "a picture is found from any folder" pictures_from_anywhere
 check "pictures in the report" pictures_in_the_report
 check "heights from marks in a picture" heights
 check "the report has them, escaped" in_the_report
