@@ -389,7 +389,7 @@ static void set_verdict(struct advise *advise, bool si)
                           ? "the model has not been updated from any landing"
                       : advise->is_plan_outside_range
                           ? "no earlier landing was similar to this plan"
-                      : advise->history.surveyed_segments < advise->history.segment_count / 2u
+                      : advise->history.surveyed_segment_count < advise->history.segment_count / 2u
                           ? "the joints have not been surveyed since the last landing"
                           : NULL;
     unit_value_text(UNIT_DECELERATION, si, row->mean_braking_ft_s2, 1, braking);
@@ -700,12 +700,12 @@ static void add_notes(const struct advise *advise, struct answer *answer)
     if (history->voided_landings)
         answer_add_text(answer, NULL, "note", "void landings left out: %zu",
                         history->voided_landings);
-    if (history->surveyed_segments < history->segment_count)
+    if (history->surveyed_segment_count < history->segment_count)
         answer_add_text(
             answer, NULL, "note",
             "%u of %u segments were surveyed since the last landing; the openings of the "
             "other segments are estimated from the simulated runways",
-            history->surveyed_segments, history->segment_count);
+            history->surveyed_segment_count, history->segment_count);
     if (history->is_relaid_since)
         answer_add_text(
             answer, NULL, "note",
@@ -807,7 +807,7 @@ void advise_to_answer(const struct advise *advise, struct answer *answer)
     if (isfinite(advise->stop_short_braking_ft_s2))
         answer_append_remark(answer, " or harder: the gear stops before the closed mats");
     answer_add_flag(answer, "outside", NULL, advise->is_plan_outside_range);
-    answer_add_count(answer, "segments_surveyed", NULL, advise->history.surveyed_segments);
+    answer_add_count(answer, "segments_surveyed", NULL, advise->history.surveyed_segment_count);
     add_parameters(advise, answer);
     add_thrust(advise, answer);
     answer_add_count(answer, "members", "members", (int64_t)advise->members.member_count);

@@ -33,8 +33,8 @@ static void check_advice(struct store *store, int64_t armed_us, char out[ARMING_
 }
 
 /* Warns if the newest survey is unfinished, older than the last landing, or not loaded. Sets
- * *loaded_us to the time at which it was loaded into a board; 0: never. */
-static void check_survey(struct store *store, int64_t armed_us, int64_t *loaded_us,
+ * *runway_loaded_us to the time at which it was loaded into a board; 0: never. */
+static void check_survey(struct store *store, int64_t armed_us, int64_t *runway_loaded_us,
                          char out[ARMING_TEXT_SIZE])
 {
     struct error ignored = {0};
@@ -43,7 +43,7 @@ static void check_survey(struct store *store, int64_t armed_us, int64_t *loaded_
     (void)store_gage_surveys(store, &rows, &count, &ignored);
     if (count) {
         const struct store_gage_survey *row = &rows[count - 1];
-        (void)store_gage_loaded(store, row->id, loaded_us, &ignored);
+        (void)store_gage_loaded(store, row->id, runway_loaded_us, &ignored);
         if (row->ended_us == STORE_NONE)
             append_line(out, "survey %lld is not finished; continue it with matrig survey DB\n",
                         (long long)row->id);
@@ -52,7 +52,7 @@ static void check_survey(struct store *store, int64_t armed_us, int64_t *loaded_
                         "the mat has not been surveyed since the last landing: survey %lld is "
                         "older; run matrig survey DB\n",
                         (long long)row->id);
-        else if (!*loaded_us)
+        else if (!*runway_loaded_us)
             append_line(
                 out, "survey %lld is not loaded into the board; run matrig survey DB --load LINK\n",
                 (long long)row->id);
@@ -61,7 +61,7 @@ static void check_survey(struct store *store, int64_t armed_us, int64_t *loaded_
 }
 
 static void check_readiness(struct store *store, int64_t now_us, int64_t armed_us,
-                            int64_t loaded_us, char out[ARMING_TEXT_SIZE])
+                            int64_t runway_loaded_us, char out[ARMING_TEXT_SIZE])
 {
     struct error ignored = {0};
     struct store_readiness row = {0};
@@ -74,12 +74,12 @@ static void check_readiness(struct store *store, int64_t now_us, int64_t armed_u
     survey_format_time(row.made_us, at, sizeof at);
     if (strcmp(row.verdict, "go") != 0)
         append_line(out, "the result of matrig ready at %s was no-go\n", at);
-    else if (row.made_us < armed_us || row.made_us < loaded_us ||
+    else if (row.made_us < armed_us || row.made_us < runway_loaded_us ||
              now_us - row.made_us > STORE_READINESS_VALID_US)
         append_line(out, "the result of matrig ready was go at %s, %s\n", at,
-                    row.made_us < armed_us    ? "before the last landing"
-                    : row.made_us < loaded_us ? "before the survey was loaded"
-                                              : "more than 12 h ago");
+                    row.made_us < armed_us           ? "before the last landing"
+                    : row.made_us < runway_loaded_us ? "before the survey was loaded"
+                                                     : "more than 12 h ago");
     free(row.checks);
 }
 
@@ -87,11 +87,11 @@ void arming_write_warnings(struct store *store, int64_t now_us, char out[ARMING_
 {
     struct store_landing landing = {0};
     struct error ignored = {0};
-    int64_t run = 0, loaded_us = 0;
+    int64_t run = 0, runway_loaded_us = 0;
     out[0] = '\0';
     if (store_newest_logged_run(store, &run, &ignored) == MR_OK && run > 0)
         (void)store_landing_get(store, run, &landing, &ignored);
     check_advice(store, landing.armed_us, out);
-    check_survey(store, landing.armed_us, &loaded_us, out);
-    check_readiness(store, now_us, landing.armed_us, loaded_us, out);
+    check_survey(store, landing.armed_us, &runway_loaded_us, out);
+    check_readiness(store, now_us, landing.armed_us, runway_loaded_us, out);
 }

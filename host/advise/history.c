@@ -61,7 +61,7 @@ static enum mr_status load_survey(struct store *store, int64_t run, float last_i
 
 /* Sets the braking over time, relative to its mean, from the fit that the board makes after the
  * landing. */
-static void set_profile(const struct measured *measured, struct history_landing *landing)
+static void set_profile(const struct measured_landing *measured, struct history_landing *landing)
 {
     struct advise_profile *profile = &landing->profile;
     double width_s = measured->summary.stop_t_s.value / ADVISE_PROFILE_MAX, error;
@@ -77,7 +77,7 @@ static void set_profile(const struct measured *measured, struct history_landing 
     }
 }
 
-static void set_readings(const struct measured *measured, struct history *history,
+static void set_readings(const struct measured_landing *measured, struct history *history,
                          struct history_landing *landing)
 {
     landing->observation.movement_error_in = 0.0;
@@ -95,7 +95,7 @@ static void set_readings(const struct measured *measured, struct history *histor
 static enum mr_status load_landing(struct store *store, struct history *history,
                                    struct history_landing *landing, bool last, struct error *error)
 {
-    struct measured measured;
+    struct measured_landing measured;
     enum mr_status status = measured_load(store, landing->run, &measured, error);
     const struct mr_gates_summary *summary = &measured.summary;
     if (status == MR_OK) {
@@ -277,7 +277,7 @@ enum mr_status history_load(struct store *store, int64_t before, struct history 
     if (status == MR_OK)
         status = inspection_load(store, &history->inspections, error);
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
-        history->surveyed_segments += isfinite(history->segment_sum_in[s]) ? 1u : 0u;
+        history->surveyed_segment_count += isfinite(history->segment_sum_in[s]) ? 1u : 0u;
     free(row);
     return status;
 }

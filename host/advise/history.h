@@ -34,7 +34,7 @@ struct history {
     /* surveyed opening of each segment (sum over its joints) since the last landing; NaN: not
      * read */
     double segment_sum_in[MR_SEGMENTS];
-    unsigned surveyed_segments,
+    unsigned surveyed_segment_count,
         segment_count; /* number of surveyed segments, and number of segments of the runway */
     double survey_error_in;
     struct inspections inspections; /* inspection records of the campaign */

@@ -75,7 +75,7 @@ static enum mr_status load_shunts(struct store *store, const struct store_landin
     return status;
 }
 
-enum mr_status bands_load(struct store *store, const struct measured *measured,
+enum mr_status bands_load(struct store *store, const struct measured_landing *measured,
                           struct bands_summary *bands, struct error *error)
 {
     int64_t run = measured->landing.id;
@@ -93,7 +93,7 @@ void bands_free(struct bands_summary *bands)
 }
 
 /* Distance in ft of a gage ahead of the lead wheel in a block; NaN: unknown. */
-static double compute_wheel_distance_ft(const struct measured *measured, int64_t gage,
+static double compute_wheel_distance_ft(const struct measured_landing *measured, int64_t gage,
                                         int64_t block)
 {
     int c = gage > 0 && gage <= MR_GAGES
@@ -155,7 +155,7 @@ struct extreme {
     int64_t gage, block;
 };
 
-static void add_extreme(const struct extreme *e, const struct measured *measured,
+static void add_extreme(const struct extreme *e, const struct measured_landing *measured,
                         struct answer *answer)
 {
     int c = e->gage > 0 && e->gage <= MR_GAGES
@@ -175,7 +175,7 @@ static void add_extreme(const struct extreme *e, const struct measured *measured
     answer_close_group(answer);
 }
 
-static void add_band(const struct store_band *band, const struct measured *measured,
+static void add_band(const struct store_band *band, const struct measured_landing *measured,
                      struct answer *answer)
 {
     const struct extreme least = {"least",          "least|at",           "ahead of|the wheel",
@@ -227,7 +227,7 @@ static void add_shunt(const struct bands_shunt *s, struct answer *answer)
     answer_add_text(answer, "after", "after", "%s", shunts_verdict_text(s->verdict_after));
 }
 
-void bands_to_answer(const struct bands_summary *bands, const struct measured *measured,
+void bands_to_answer(const struct bands_summary *bands, const struct measured_landing *measured,
                      struct answer *answer)
 {
     answer_open_table(answer, "bands",

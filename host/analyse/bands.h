@@ -25,12 +25,12 @@ struct bands_summary {
 
 /* Returns MR_OK even if the board sent no messages about bands. A shunt calibration belongs to the
  * landing until the board is armed again in the same session. */
-enum mr_status bands_load(struct store *store, const struct measured *measured,
+enum mr_status bands_load(struct store *store, const struct measured_landing *measured,
                           struct bands_summary *bands, struct error *error);
 void bands_free(struct bands_summary *bands);
 
 /* Adds the tensions of the bands, and the faults that the board found in them. */
-void bands_to_answer(const struct bands_summary *bands, const struct measured *measured,
+void bands_to_answer(const struct bands_summary *bands, const struct measured_landing *measured,
                      struct answer *answer);
 /* Adds the results of the shunt calibrations. Text output has one summary line; with `each`, it
  * also has a line for every gage. */

@@ -27,7 +27,8 @@ struct pulse {
  * exact. The tick counter wraps; of the possible times, the one nearest to the millisecond of the
  * message is used. */
 static double compute_capture_time_s(const struct store_braking_edge *row,
-                                     const struct store_edge *edge, const struct measured *measured)
+                                     const struct store_edge *edge,
+                                     const struct measured_landing *measured)
 {
     double near_ticks = ((double)row->board_us - edge->board_us) * TICKS_PER_US;
     int64_t expected = llround(fmax(-1e15, fmin(1e15, near_ticks)));
@@ -80,8 +81,8 @@ static double estimate_pulse_duration_s(const struct pulse *pulse, size_t count,
 }
 
 /* Finds the locks of the wheel. Each lasts from a pulse to the next one or to the stop. */
-static void find_locks(const struct track *track, double per_pulse_ft, const struct pulse *pulse,
-                       size_t count, struct braking *braking)
+static void find_wheel_locks(const struct track *track, double per_pulse_ft,
+                             const struct pulse *pulse, size_t count, struct braking *braking)
 {
     braking->locked_duration_s = (struct mr_estimate){0.0, 0.0};
     for (size_t i = 0; i < count && pulse[i].t_s < track->stop.t_s; i++) {
@@ -95,7 +96,7 @@ static void find_locks(const struct track *track, double per_pulse_ft, const str
         double before_s = i ? estimate_pulse_duration_s(pulse, count, i - 1, limit_s)
                             : limit_s / LOCK_MIN_PULSES,
                after_s = estimate_pulse_duration_s(pulse, count, i + 1, limit_s);
-        struct braking_lock lock = {
+        struct wheel_lock lock = {
             {from_s + LOCK_DELAY_PULSES * before_s, LOCK_DELAY_ERROR_PULSES * before_s},
             {to_s - LOCK_DELAY_PULSES * after_s, LOCK_DELAY_ERROR_PULSES * after_s},
         };
@@ -113,7 +114,7 @@ static void find_locks(const struct track *track, double per_pulse_ft, const str
 /* Computes the mean deceleration from the brake's edge to the stop, and the thrust due to it. The
  * fit assumes braking from touchdown on; the loss of speed before the edge is therefore taken as
  * uniform between 0 and the loss according to the fit. */
-static void compute_thrust(const struct measured *measured, double thrust_lb_per_g,
+static void compute_thrust(const struct measured_landing *measured, double thrust_lb_per_g,
                            struct braking *braking)
 {
     const struct mr_gates_summary *summary = &measured->summary;
@@ -132,12 +133,12 @@ static void compute_thrust(const struct measured *measured, double thrust_lb_per
                      hypot(summary->stop_t_s.error, braking->brake_onset_s.error) / took_s);
     braking->thrust_lb.value = thrust_lb_per_g * a->value / G_FT_S2;
     braking->thrust_lb.error = braking->thrust_lb.value *
-                               hypot(BRAKING_SHARE_ERROR, a->error / a->value);
+                               hypot(BRAKING_THRUST_SHARE_ERROR, a->error / a->value);
 }
 
 /* Separates the rows into the edge of the brake and the pulses up to the stop. */
 static size_t extract_pulses(const struct store_braking_edge *row, size_t rows,
-                             const struct store_edge *edge, const struct measured *measured,
+                             const struct store_edge *edge, const struct measured_landing *measured,
                              struct pulse *pulse, struct braking *braking)
 {
     size_t count = 0;
@@ -160,7 +161,7 @@ static size_t extract_pulses(const struct store_braking_edge *row, size_t rows,
     return count;
 }
 
-static void compute_braking(const struct measured *measured, double thrust_lb_per_g,
+static void compute_braking(const struct measured_landing *measured, double thrust_lb_per_g,
                             const struct pulse *pulse, size_t count, struct braking *braking)
 {
     const struct mr_site_config *site = &measured->site;
@@ -173,10 +174,10 @@ static void compute_braking(const struct measured *measured, double thrust_lb_pe
     if (count < 2 || !site->wheel_pulses)
         return;
     compute_slip(track, site, per_pulse_ft, pulse, count, braking);
-    find_locks(track, per_pulse_ft, pulse, count, braking);
+    find_wheel_locks(track, per_pulse_ft, pulse, count, braking);
 }
 
-enum mr_status braking_load(struct store *store, const struct measured *measured,
+enum mr_status braking_load(struct store *store, const struct measured_landing *measured,
                             struct braking *braking, struct error *error)
 {
     const struct mr_estimate unknown = {(double)NAN, (double)NAN};

@@ -22,8 +22,8 @@
 #include "host/analyse/track.h"
 #include "host/base/answer.h"
 
-#define BRAKING_LOCKS_MAX   16u
-#define BRAKING_SHARE_ERROR 0.1732051 /* standard error of the share: 0.3 / sqrt 3 */
+#define BRAKING_LOCKS_MAX          16u
+#define BRAKING_THRUST_SHARE_ERROR 0.1732051 /* standard error of the share: 0.3 / sqrt 3 */
 
 struct braking {
     bool has_brake_edge; /* the edge of the brake was recorded */
@@ -32,7 +32,7 @@ struct braking {
     struct mr_estimate brake_onset_s; /* edge of the brake */
     struct mr_estimate slip; /* mean slip from the brake's edge (or from touchdown) to the stop */
     struct mr_estimate locked_duration_s;
-    struct braking_lock {
+    struct wheel_lock {
         struct mr_estimate from_s, to_s;
     } lock[BRAKING_LOCKS_MAX];
     size_t lock_count; /* number of all locks; the array has the first BRAKING_LOCKS_MAX */
@@ -40,7 +40,7 @@ struct braking {
     struct mr_estimate deceleration_ft_s2, thrust_lb;
 };
 
-enum mr_status braking_load(struct store *store, const struct measured *measured,
+enum mr_status braking_load(struct store *store, const struct measured_landing *measured,
                             struct braking *braking, struct error *error);
 void braking_to_answer(const struct braking *braking, struct answer *answer);
 

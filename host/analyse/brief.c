@@ -11,14 +11,14 @@ static void add_prediction(const struct summary *summary, struct answer *answer)
     const struct zone_warning *w = &summary->zones.warning;
     const bool si = answer_is_si(answer);
     char wheel[UNIT_TEXT_SIZE];
-    if (!w->was_warned || w->predicted_mats <= 0 || isnan(w->predicted_wheel_ft))
+    if (!w->has_warning || w->predicted_mats <= 0 || isnan(w->predicted_wheel_ft))
         return;
     unit_value_text(UNIT_STATION, si, w->predicted_wheel_ft, 1, wheel);
     answer_add_text(answer, NULL, "predicted", "%lld closed mats with the wheel at %s",
                     (long long)w->predicted_mats, wheel);
 }
 
-static void add_motion(const struct measured *measured, struct answer *answer)
+static void add_motion(const struct measured_landing *measured, struct answer *answer)
 {
     const struct mr_gates_summary *fit = &measured->summary;
     char reason[MEASURED_REASON_SIZE];
@@ -43,7 +43,7 @@ static void add_motion(const struct measured *measured, struct answer *answer)
 }
 
 /* Adds the peak of the channel that moved most. */
-static void add_movement(const struct measured *measured, struct answer *answer)
+static void add_movement(const struct measured_landing *measured, struct answer *answer)
 {
     const struct measured_channel *most = NULL;
     char station[UNIT_TEXT_SIZE];
@@ -63,7 +63,7 @@ static void add_movement(const struct measured *measured, struct answer *answer)
 }
 
 /* Adds the band gages with the smallest and the largest tension. */
-static void add_tension(const struct measured *measured, struct answer *answer)
+static void add_tension(const struct measured_landing *measured, struct answer *answer)
 {
     const struct measured_channel *low = NULL, *high = NULL;
     char least[UNIT_TEXT_SIZE], most[UNIT_TEXT_SIZE], at_least[UNIT_TEXT_SIZE],
@@ -121,7 +121,7 @@ bool brief_print(const char *db, const struct summary *summary, bool all, bool s
         summary_format_heading(summary, heading);
         answer_open_group(answer, NULL, heading);
         summary_add_alerts(summary, answer);
-        zones_add_whether_warned(&summary->zones, summary->measured.source != MEASURED_IMPORT,
+        zones_add_warning_status(&summary->zones, summary->measured.source != MEASURED_IMPORT,
                                  answer);
         add_prediction(summary, answer);
         record_add_outcome(&summary->outcome, answer);

@@ -13,7 +13,7 @@
 /* middle of the 8 scans, which are 125 us apart, from the start of the block */
 #define SAMPLE_MIDDLE_MS 0.4375
 
-double measured_time_s(const struct measured *measured, size_t sample)
+double measured_time_s(const struct measured_landing *measured, size_t sample)
 {
     double ms = (double)(measured->first_block + (int64_t)sample) + SAMPLE_MIDDLE_MS;
     return ms / 1000.0 - (double)measured->t0_us / 1e6;
@@ -25,8 +25,8 @@ double measured_value(const struct measured_channel *channel, size_t sample)
     return channel->config.kind == MR_KIND_DISPLACEMENT ? raw - channel->baseline : raw;
 }
 
-double measured_moving_mean(const struct measured *measured, const struct measured_channel *channel,
-                            size_t sample, size_t half)
+double measured_moving_mean(const struct measured_landing *measured,
+                            const struct measured_channel *channel, size_t sample, size_t half)
 {
     size_t from = sample > half ? sample - half : 0;
     size_t to = sample + half < measured->samples ? sample + half : measured->samples - 1;
@@ -42,7 +42,7 @@ double measured_moving_mean(const struct measured *measured, const struct measur
     return count ? sum / (double)count : (double)NAN;
 }
 
-int measured_channel_index(const struct measured *measured, enum mr_channel_kind kind,
+int measured_channel_index(const struct measured_landing *measured, enum mr_channel_kind kind,
                            unsigned number)
 {
     for (int i = 0; i < (int)MR_CHANNELS; i++) {
@@ -65,14 +65,14 @@ static void add_clock_error(struct mr_gates_summary *summary)
     deceleration->error = hypot(deceleration->error, 2.0 * CLOCK_TOLERANCE * deceleration->value);
 }
 
-static void shift_gates(struct measured *measured, double by_s)
+static void shift_gates(struct measured_landing *measured, double by_s)
 {
     for (size_t i = 0; i < measured->gate_count; i++)
         measured->gate[i].t_s -= by_s;
 }
 
 /* Returns true if no source has data for that time. */
-static bool is_in_gap(const struct measured *measured, double t_s)
+static bool is_in_gap(const struct measured_landing *measured, double t_s)
 {
     double block = floor(t_s * 1e3 + (double)measured->t0_us / 1e3);
     for (size_t i = 0; i < measured->stretch_count; i++) {
@@ -87,7 +87,7 @@ static bool is_in_gap(const struct measured *measured, double t_s)
  * a switch is beyond the last switch with an edge, and according to the fit the gear passed it
  * during a gap. A gap distorts the fit, so switches up to 3 standard errors beyond the stop are
  * included. */
-static unsigned find_hidden_switch(const struct measured *measured)
+static unsigned find_switch_in_gap(const struct measured_landing *measured)
 {
     const struct mr_estimate *stop = &measured->summary.stop_station_ft;
     double last_ft = measured->gate_count ? measured->gate[measured->gate_count - 1].station_ft
@@ -98,7 +98,7 @@ static unsigned find_hidden_switch(const struct measured *measured)
             measured->switch_ft[p] > stop->value + 3.0 * stop->error)
             continue;
         double due_s = measured->switch_ft[p] < stop->value
-                         ? measured_arrival_s(measured, measured->switch_ft[p])
+                         ? measured_arrival_time_s(measured, measured->switch_ft[p])
                          : measured->summary.stop_t_s.value;
         if (is_in_gap(measured, due_s))
             return p + 1;
@@ -109,7 +109,7 @@ static unsigned find_hidden_switch(const struct measured *measured)
 /* Returns the first of several switches without an edge between the last switch with one and the
  * stop; 0: none. Either a cable is broken, or the gear stopped before it reached them. A single
  * such switch does not count, because the switch itself may be faulty. */
-static unsigned find_unopened_switch(const struct measured *measured)
+static unsigned find_unopened_switch(const struct measured_landing *measured)
 {
     const struct mr_estimate *stop = &measured->summary.stop_station_ft;
     unsigned first = 0, silent = 0;
@@ -123,7 +123,7 @@ static unsigned find_unopened_switch(const struct measured *measured)
 
 /* Returns true if, in the last state that was received, the gear has not arrived yet or is
  * moving. */
-static bool is_moving_at_end(const struct measured *measured)
+static bool is_moving_at_end(const struct measured_landing *measured)
 {
     return measured->landing.state == MR_LANDING_ARMED ||
            measured->landing.state == MR_LANDING_LANDING;
@@ -131,14 +131,14 @@ static bool is_moving_at_end(const struct measured *measured)
 
 /* Returns true if the record ends before the gear's stop is certain. Unless the board reported the
  * stop, the record must extend to two standard errors after the computed stop. */
-static bool record_ends_before_stop(const struct measured *measured)
+static bool record_ends_before_stop(const struct measured_landing *measured)
 {
     const struct mr_estimate *stop_t_s = &measured->summary.stop_t_s;
     double surely_s = stop_t_s->value + (is_moving_at_end(measured) ? 2.0 * stop_t_s->error : 0.0);
     return measured->samples == 0 || measured_time_s(measured, measured->samples - 1) < surely_s;
 }
 
-void measured_fit_gear_motion(struct measured *measured)
+void measured_fit_gear_motion(struct measured_landing *measured)
 {
     struct store_landing *landing = &measured->landing;
     int64_t armed_us = landing->armed_block == STORE_NONE ? 1000 * measured->first_block
@@ -172,15 +172,15 @@ void measured_fit_gear_motion(struct measured *measured)
     /* If the computed stop is after the end of the record, it is only extrapolated and does not
      * count as measured. The same applies if the last edges are missing: the fitted gear then rolls
      * too far. */
-    measured->hidden_switch = measured->has_board_result ? 0 : find_hidden_switch(measured);
+    measured->switch_in_gap = measured->has_board_result ? 0 : find_switch_in_gap(measured);
     measured->unopened_switch = record_ends_before_stop(measured) ? 0
                                                                   : find_unopened_switch(measured);
-    if (measured->missing_edges > 0 || measured->hidden_switch > 0 ||
+    if (measured->missing_edges > 0 || measured->switch_in_gap > 0 ||
         measured->unopened_switch > 0 || record_ends_before_stop(measured))
         measured->fit_status = MR_TRUNCATED;
 }
 
-bool measured_ends_while_moving(const struct measured *measured)
+bool measured_ends_while_moving(const struct measured_landing *measured)
 {
     if (measured->samples == 0)
         return false;
@@ -190,7 +190,7 @@ bool measured_ends_while_moving(const struct measured *measured)
     return measured->fit_status == MR_TRUNCATED && record_ends_before_stop(measured);
 }
 
-const char *measured_motion_at_end_text(const struct measured *measured)
+const char *measured_motion_at_end_text(const struct measured_landing *measured)
 {
     bool past = measured->fit_status == MR_TRUNCATED && measured->samples > 0 &&
                 measured_time_s(measured, measured->samples - 1) >=
@@ -198,15 +198,16 @@ const char *measured_motion_at_end_text(const struct measured *measured)
     return past ? "may still move" : "moves";
 }
 
-void measured_format_unknown_stop(const struct measured *measured, char out[MEASURED_REASON_SIZE])
+void measured_format_unknown_stop(const struct measured_landing *measured,
+                                  char out[MEASURED_REASON_SIZE])
 {
     if (measured->missing_edges > 0)
         snprintf(out, MEASURED_REASON_SIZE,
                  "the board reported %zu switches, %zu of which are missing in the record",
                  measured->gate_count + measured->missing_edges, measured->missing_edges);
-    else if (measured->hidden_switch > 0)
+    else if (measured->switch_in_gap > 0)
         snprintf(out, MEASURED_REASON_SIZE, "nothing was recorded when switch %u was due",
-                 measured->hidden_switch);
+                 measured->switch_in_gap);
     else if (measured->unopened_switch > 0)
         snprintf(out, MEASURED_REASON_SIZE,
                  "switch %u and later ones did not open, though the gear passed them",
@@ -216,22 +217,22 @@ void measured_format_unknown_stop(const struct measured *measured, char out[MEAS
                  measured_motion_at_end_text(measured));
 }
 
-double measured_block_time_s(const struct measured *measured, int64_t block)
+double measured_block_time_s(const struct measured_landing *measured, int64_t block)
 {
     return (1000.0 * (double)block - (double)measured->t0_us) / 1e6;
 }
 
-static bool is_motion_known(const struct measured *measured, double t_s)
+static bool is_motion_known(const struct measured_landing *measured, double t_s)
 {
     return measured->fit_status == MR_OK && measured->track && t_s >= 0.0;
 }
 
-double measured_station_ft(const struct measured *measured, double t_s)
+double measured_station_ft(const struct measured_landing *measured, double t_s)
 {
     return is_motion_known(measured, t_s) ? track_station_ft(measured->track, t_s) : (double)NAN;
 }
 
-double measured_speed_ft_s(const struct measured *measured, double t_s, double *error_ft_s)
+double measured_speed_ft_s(const struct measured_landing *measured, double t_s, double *error_ft_s)
 {
     struct mr_estimate speed_ft_s = is_motion_known(measured, t_s)
                                       ? track_compute_speed(measured->track, t_s)
@@ -242,7 +243,7 @@ double measured_speed_ft_s(const struct measured *measured, double t_s, double *
     return speed_ft_s.value;
 }
 
-double measured_arrival_s(const struct measured *measured, double station_ft)
+double measured_arrival_time_s(const struct measured_landing *measured, double station_ft)
 {
     const struct mr_gates_summary *summary = &measured->summary;
     if (measured->fit_status != MR_OK || summary->stop_station_ft.value < station_ft)
@@ -262,7 +263,7 @@ double measured_arrival_s(const struct measured *measured, double station_ft)
 /* ---- channels ---- */
 
 /* Returns the sample of the first edge of a known switch, or `samples` if there is none. */
-static size_t find_first_edge_sample(const struct measured *measured)
+static size_t find_first_edge_sample(const struct measured_landing *measured)
 {
     if (measured->gate_count == 0)
         return measured->samples;
@@ -274,7 +275,7 @@ static size_t find_first_edge_sample(const struct measured *measured)
 }
 
 /* Returns true if the record begins at arming, when the mat is at rest. */
-static bool record_begins_at_arming(const struct measured *measured)
+static bool record_begins_at_arming(const struct measured_landing *measured)
 {
     int64_t armed = measured->landing.armed_block;
     return armed != STORE_NONE && measured->first_block - armed <= MEASURED_BASELINE_BLOCKS / 5;
@@ -284,7 +285,7 @@ static bool record_begins_at_arming(const struct measured *measured)
  * counted earlier edges, or if there is no edge, the mat may have moved before; then the samples
  * after arming are used instead. An imported record without an edge has no arming, so its first
  * samples are used. Returns false if there are no such samples. */
-static bool find_rest_samples(const struct measured *measured, size_t edge, size_t *from,
+static bool find_rest_samples(const struct measured_landing *measured, size_t edge, size_t *from,
                               size_t *to)
 {
     size_t begin = edge > MEASURED_BASELINE_BLOCKS ? edge - MEASURED_BASELINE_BLOCKS : 0;
@@ -332,8 +333,8 @@ static void compute_baseline(struct measured_channel *channel, size_t from, size
     compute_noise(channel, from, to);
 }
 
-static void compute_extremes(const struct measured *measured, struct measured_channel *channel,
-                             size_t from)
+static void compute_extremes(const struct measured_landing *measured,
+                             struct measured_channel *channel, size_t from)
 {
     measured_find_peaks(measured, channel, from, &channel->high, &channel->low);
     channel->end = (double)NAN;
@@ -347,17 +348,17 @@ static void compute_extremes(const struct measured *measured, struct measured_ch
         channel->high = channel->end;
     if (channel->end < channel->low)
         channel->low = channel->end;
-    double samples = measured_peak_samples(channel);
-    channel->high_error = measured_error(measured, channel, channel->high, samples);
-    channel->low_error = measured_error(measured, channel, channel->low, samples);
-    channel->end_error = measured_error(measured, channel, channel->end,
-                                        MEASURED_FINAL_MEAN_BLOCKS);
+    double samples = measured_peak_sample_count(channel);
+    channel->high_error = measured_standard_error(measured, channel, channel->high, samples);
+    channel->low_error = measured_standard_error(measured, channel, channel->low, samples);
+    channel->end_error = measured_standard_error(measured, channel, channel->end,
+                                                 MEASURED_FINAL_MEAN_BLOCKS);
     bool up = fabs(channel->high) >= fabs(channel->low);
     channel->peak = up ? channel->high : channel->low;
     channel->peak_error = up ? channel->high_error : channel->low_error;
 }
 
-static void find_longest_missing_stretch(const struct measured *measured,
+static void find_longest_missing_stretch(const struct measured_landing *measured,
                                          struct measured_channel *channel, size_t from)
 {
     size_t begin = from, longest = MEASURED_MEAN_BLOCKS;
@@ -376,7 +377,7 @@ static void find_longest_missing_stretch(const struct measured *measured,
     }
 }
 
-void measured_compute_results(struct measured *measured)
+void measured_compute_results(struct measured_landing *measured)
 {
     size_t edge = find_first_edge_sample(measured), from, to;
     measured->has_no_baseline = !find_rest_samples(measured, edge, &from, &to);
@@ -396,7 +397,8 @@ void measured_compute_results(struct measured *measured)
 
 /* Returns the source of a block: that of its block record; without one, CAN if any channel has a
  * CAN sample. */
-static enum measured_source find_block_source(const struct measured *measured, size_t sample)
+static enum measured_source find_block_source(const struct measured_landing *measured,
+                                              size_t sample)
 {
     enum measured_source source = MEASURED_NO_SOURCE;
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
@@ -407,7 +409,7 @@ static enum measured_source find_block_source(const struct measured *measured, s
     return source;
 }
 
-void measured_find_source_stretches(struct measured *measured)
+void measured_find_source_stretches(struct measured_landing *measured)
 {
     for (size_t i = 0; i < measured->samples; i++) {
         enum measured_source source = find_block_source(measured, i);
@@ -424,7 +426,7 @@ void measured_find_source_stretches(struct measured *measured)
     }
 }
 
-void measured_format_missing_start(const struct measured *measured,
+void measured_format_missing_start(const struct measured_landing *measured,
                                    char out[MEASURED_MISSING_START_SIZE])
 {
     out[0] = '\0';
@@ -440,7 +442,7 @@ void measured_format_missing_start(const struct measured *measured,
                  lost);
 }
 
-const char *measured_origin_text(const struct measured *measured)
+const char *measured_origin_text(const struct measured_landing *measured)
 {
     return measured->is_t0_touchdown ? "touchdown"
          : measured->gate_count == 0
@@ -449,7 +451,7 @@ const char *measured_origin_text(const struct measured *measured)
                                       : "the first switch edge";
 }
 
-const char *measured_marks_text(const struct measured *measured)
+const char *measured_quality_text(const struct measured_landing *measured)
 {
     static const char *const marks[3][2] = {
         {"", ", incomplete"},
@@ -465,7 +467,7 @@ bool measured_is_emulated(const struct store_landing *landing)
     return strlen(uid) == 24 && strncmp(uid + 8, MR_EMULATED_LOT_TEXT, 6) == 0;
 }
 
-void measured_free(struct measured *measured)
+void measured_free(struct measured_landing *measured)
 {
     free(measured->track);
     free(measured->stretch);
@@ -476,7 +478,7 @@ void measured_free(struct measured *measured)
     }
 }
 
-size_t measured_list_channels(const struct measured *measured,
+size_t measured_list_channels(const struct measured_landing *measured,
                               const struct measured_channel **channels)
 {
     static const enum mr_channel_kind kinds[] = {MR_KIND_DISPLACEMENT, MR_KIND_TENSION};
@@ -493,9 +495,9 @@ size_t measured_list_channels(const struct measured *measured,
 
 #define BLOCKS_PER_HOUR 3600000.0
 
-struct mr_error_conditions measured_error_case(const struct measured *measured,
-                                               const struct measured_channel *channel, double value,
-                                               double samples)
+struct mr_error_conditions measured_error_conditions(const struct measured_landing *measured,
+                                                     const struct measured_channel *channel,
+                                                     double value, double samples)
 {
     bool movement = channel->config.kind == MR_KIND_DISPLACEMENT;
     double stride = (double)channel->stride;
@@ -512,10 +514,10 @@ struct mr_error_conditions measured_error_case(const struct measured *measured,
     };
 }
 
-double measured_error(const struct measured *measured, const struct measured_channel *channel,
-                      double value, double samples)
+double measured_standard_error(const struct measured_landing *measured,
+                               const struct measured_channel *channel, double value, double samples)
 {
-    struct mr_error_conditions c = measured_error_case(measured, channel, value, samples);
+    struct mr_error_conditions c = measured_error_conditions(measured, channel, value, samples);
     return (double)mr_reading_error(&channel->config, &c);
 }
 
@@ -534,7 +536,7 @@ static size_t get_peak_half_width(const struct measured_channel *channel)
     return get_search_half_width(channel) - channel->stride;
 }
 
-double measured_peak_samples(const struct measured_channel *channel)
+double measured_peak_sample_count(const struct measured_channel *channel)
 {
     return 2.0 * (double)get_peak_half_width(channel) + 1.0;
 }
@@ -548,7 +550,7 @@ struct half_sums {
     double unit;
 };
 
-static struct half_sums make_half_sums(const struct measured *measured,
+static struct half_sums make_half_sums(const struct measured_landing *measured,
                                        const struct measured_channel *channel)
 {
     struct half_sums sums = {.unit = 1.0};
@@ -595,8 +597,9 @@ static double compute_half_mean(const struct half_sums *sums, size_t half, size_
              : (double)NAN;
 }
 
-void measured_find_peaks(const struct measured *measured, const struct measured_channel *channel,
-                         size_t from, double *high, double *low)
+void measured_find_peaks(const struct measured_landing *measured,
+                         const struct measured_channel *channel, size_t from, double *high,
+                         double *low)
 {
     *high = *low = (double)NAN;
     if (measured->samples == 0) /* without samples, the stride is not known either */
@@ -656,7 +659,7 @@ char measured_source_letter(enum measured_source source)
 
 /* Describes the records that were excluded because of their time. Returns false if there are
  * none. */
-static bool format_excluded(const struct measured *measured, char *out, size_t size)
+static bool format_excluded(const struct measured_landing *measured, char *out, size_t size)
 {
     const struct measured_excluded *aside = &measured->excluded;
     const struct {
@@ -679,7 +682,7 @@ static bool format_excluded(const struct measured *measured, char *out, size_t s
     return used != 0;
 }
 
-void measured_format_source(const struct measured *measured, char out[MEASURED_SOURCE_SIZE])
+void measured_format_source(const struct measured_landing *measured, char out[MEASURED_SOURCE_SIZE])
 {
     static const enum measured_source source_order[] = {MEASURED_SERIAL, MEASURED_BOX, MEASURED_CAN,
                                                         MEASURED_IMPORT, MEASURED_NO_SOURCE};
@@ -709,14 +712,14 @@ void measured_format_source(const struct measured *measured, char out[MEASURED_S
         memcpy(out + used, "; ", 2);
 }
 
-void measured_print_excluded(const struct measured *measured, const struct cli *cli)
+void measured_print_excluded(const struct measured_landing *measured, const struct cli *cli)
 {
     char text[MEASURED_SOURCE_SIZE];
     if (format_excluded(measured, text, sizeof text))
         cli_note(cli, "RUN %lld: %s", (long long)measured->landing.id, text);
 }
 
-json_t *measured_excluded_json(const struct measured *measured)
+json_t *measured_excluded_json(const struct measured_landing *measured)
 {
     const struct measured_excluded *aside = &measured->excluded;
     if (aside->blocks + aside->messages + aside->edges == 0)

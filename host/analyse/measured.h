@@ -87,7 +87,7 @@ struct measured_excluded {
     int64_t first_block; /* block of the first excluded record */
 };
 
-struct measured {
+struct measured_landing {
     struct store_landing landing;
     enum measured_source source; /* source of most block records; without block records, CAN */
     struct measured_source_stretch *stretch; /* stretches in order, without gaps */
@@ -115,7 +115,7 @@ struct measured {
     bool has_board_result;
     /* without the board's result: a switch that the gear should have passed during a gap in the
      * record; 0: none */
-    unsigned hidden_switch;
+    unsigned switch_in_gap;
     /* first of several switches before the computed stop that never opened; 0: none */
     unsigned unopened_switch;
     /* Status of the summary. MR_OK: there is a summary. MR_TRUNCATED: the record ends while the
@@ -142,78 +142,81 @@ struct measured {
     bool is_uncalibrated;
 };
 
-void measured_free(struct measured *measured);
+void measured_free(struct measured_landing *measured);
 /* Writes "incomplete: ...", to be printed above numbers; "" if the landing has its first edges. */
 #define MEASURED_MISSING_START_SIZE 120u
-void measured_format_missing_start(const struct measured *measured,
+void measured_format_missing_start(const struct measured_landing *measured,
                                    char out[MEASURED_MISSING_START_SIZE]);
 /* Returns the origin of t_s as text: "touchdown", "the first switch edge" (with " received" if the
  * first edges are missing), "arming" or "the record's begin". Static storage. */
-const char *measured_origin_text(const struct measured *measured);
+const char *measured_origin_text(const struct measured_landing *measured);
 /* Returns true if the landing's board was emulated: its readings are synthetic
  * (common/emulated.h). */
 bool measured_is_emulated(const struct store_landing *landing);
 /* Returns the marks to print after any number of the landing: "", ", incomplete", ", UNCALIBRATED"
  * or ", calibration unknown" (the configuration was not read). ", incomplete" may be followed by
  * one of the other two. Static storage. */
-const char *measured_marks_text(const struct measured *measured);
+const char *measured_quality_text(const struct measured_landing *measured);
 /* Writes why the stop is not known, as part of a sentence. For fit_status MR_TRUNCATED. */
 #define MEASURED_REASON_SIZE 100
-void measured_format_unknown_stop(const struct measured *measured, char out[MEASURED_REASON_SIZE]);
+void measured_format_unknown_stop(const struct measured_landing *measured,
+                                  char out[MEASURED_REASON_SIZE]);
 
 /* Returns true if the record ends while the gear moves or may still move. */
-bool measured_ends_while_moving(const struct measured *measured);
+bool measured_ends_while_moving(const struct measured_landing *measured);
 /* Returns "moves" or "may still move", for a record that ends early. Static storage. */
-const char *measured_motion_at_end_text(const struct measured *measured);
+const char *measured_motion_at_end_text(const struct measured_landing *measured);
 
-double measured_time_s(const struct measured *measured, size_t sample);
+double measured_time_s(const struct measured_landing *measured, size_t sample);
 /* Converts the start of a block of the board to t_s. */
-double measured_block_time_s(const struct measured *measured, int64_t block);
+double measured_block_time_s(const struct measured_landing *measured, int64_t block);
 /* Returns the value of a channel in its unit: displacement relative to the baseline, tension
  * absolute. NaN: missing. */
 double measured_value(const struct measured_channel *channel, size_t sample);
 /* Returns the mean of the valid values within `half` samples of `sample`; NaN if none is valid. */
-double measured_moving_mean(const struct measured *measured, const struct measured_channel *channel,
-                            size_t sample, size_t half);
+double measured_moving_mean(const struct measured_landing *measured,
+                            const struct measured_channel *channel, size_t sample, size_t half);
 /* Returns the standard error (common/channels.h) of `value`, the mean of `samples` samples. `value`
  * is as returned by measured_value. */
-double measured_error(const struct measured *measured, const struct measured_channel *channel,
-                      double value, double samples);
-/* Returns the input from which measured_error computes the standard error. */
-struct mr_error_conditions measured_error_case(const struct measured *measured,
-                                               const struct measured_channel *channel, double value,
-                                               double samples);
+double measured_standard_error(const struct measured_landing *measured,
+                               const struct measured_channel *channel, double value,
+                               double samples);
+/* Returns the input from which measured_standard_error computes the standard error. */
+struct mr_error_conditions measured_error_conditions(const struct measured_landing *measured,
+                                                     const struct measured_channel *channel,
+                                                     double value, double samples);
 /* Computes t0_us, the gate times relative to t0_us, the summary and the fit from the gates and the
  * landing. */
-void measured_fit_gear_motion(struct measured *measured);
+void measured_fit_gear_motion(struct measured_landing *measured);
 /* Computes stretch, stretch_count and blocks_by_source from the sources of the channels'
  * samples. */
-void measured_find_source_stretches(struct measured *measured);
+void measured_find_source_stretches(struct measured_landing *measured);
 /* Computes baseline, noise, extremes and their errors for every channel from the samples and the
  * first gate. The last step of measured_load. */
-void measured_compute_results(struct measured *measured);
+void measured_compute_results(struct measured_landing *measured);
 /* Return the station and the speed of the lead wheel at a time. NaN before touchdown or without a
  * fit. After the stop the speed is 0. */
-double measured_station_ft(const struct measured *measured, double t_s);
-double measured_speed_ft_s(const struct measured *measured, double t_s, double *error_ft_s);
+double measured_station_ft(const struct measured_landing *measured, double t_s);
+double measured_speed_ft_s(const struct measured_landing *measured, double t_s, double *error_ft_s);
 /* Returns the time at which the lead wheel reaches a station beyond touchdown. NaN: the wheel stops
  * before that station, or there is no fit. */
-double measured_arrival_s(const struct measured *measured, double station_ft);
+double measured_arrival_time_s(const struct measured_landing *measured, double station_ft);
 /* Returns the index of the channel of transducer or gage `number`; -1: none. */
-int measured_channel_index(const struct measured *measured, enum mr_channel_kind kind,
+int measured_channel_index(const struct measured_landing *measured, enum mr_channel_kind kind,
                            unsigned number);
 /* Lists the measuring channels in the order of tables: displacements from 1, then tensions from 1.
  * `channels` has room for MR_CHANNELS entries. Returns their number. */
-size_t measured_list_channels(const struct measured *measured,
+size_t measured_list_channels(const struct measured_landing *measured,
                               const struct measured_channel **channels);
 
 /* Finds the extremes of the moving mean of the value (measured_value) from sample `from` on. Each
  * extreme is located in every second reading, and its value is the mean of the other readings; both
  * halves are used (see the file comment). NaN: no mean has a valid reading. */
-void measured_find_peaks(const struct measured *measured, const struct measured_channel *channel,
-                         size_t from, double *high, double *low);
-/* Returns the number of samples in the mean of a peak, for measured_error. */
-double measured_peak_samples(const struct measured_channel *channel);
+void measured_find_peaks(const struct measured_landing *measured,
+                         const struct measured_channel *channel, size_t from, double *high,
+                         double *low);
+/* Returns the number of samples in the mean of a peak, for measured_standard_error. */
+double measured_peak_sample_count(const struct measured_channel *channel);
 
 #define MEASURED_SOURCE_SIZE 600
 
@@ -223,11 +226,12 @@ const char *measured_source_name(enum measured_source source);
 char measured_source_letter(enum measured_source source);
 /* Describes the sources of the samples: "serial block records, 1 kHz", the parts filled from CAN
  * and the black box, and the missing parts. */
-void measured_format_source(const struct measured *measured, char out[MEASURED_SOURCE_SIZE]);
+void measured_format_source(const struct measured_landing *measured,
+                            char out[MEASURED_SOURCE_SIZE]);
 /* Prints a note about the excluded records. For output that does not contain the text of
  * measured_format_source, which mentions them too. */
-void measured_print_excluded(const struct measured *measured, const struct cli *cli);
+void measured_print_excluded(const struct measured_landing *measured, const struct cli *cli);
 /* Returns the numbers of excluded records as JSON; null if there are none. */
-json_t *measured_excluded_json(const struct measured *measured);
+json_t *measured_excluded_json(const struct measured_landing *measured);
 
 #endif

@@ -18,7 +18,7 @@
 /* ---- gates ---- */
 
 /* Collects the first edge of each known switch, in order of time. */
-static void collect_gates(struct measured *measured, const struct store_edge *edges,
+static void collect_gates(struct measured_landing *measured, const struct store_edge *edges,
                           size_t edge_count, const struct store_switch *places, size_t place_count)
 {
     measured->edge_count = edge_count;
@@ -130,7 +130,7 @@ static bool time_groups_contain(const struct time_groups *groups, int64_t second
 
 /* The data from which the samples of a landing are built. */
 struct series_data {
-    struct measured *measured;
+    struct measured_landing *measured;
     struct time_groups groups;
     int64_t from_block; /* first block that is loaded */
     struct mr_block *block;
@@ -229,8 +229,8 @@ static enum mr_status append_message(void *context, const struct store_frame *fr
 
 #define SAMPLES_MAX 3600000
 
-static enum mr_status allocate_series(struct measured *measured, int64_t first, int64_t last,
-                                      struct error *error)
+static enum mr_status allocate_series(struct measured_landing *measured, int64_t first,
+                                      int64_t last, struct error *error)
 {
     if (last < first || last - first >= SAMPLES_MAX)
         return error_set(error, MR_MALFORMED,
@@ -252,7 +252,8 @@ static enum mr_status allocate_series(struct measured *measured, int64_t first, 
     return MR_OK;
 }
 
-static void begin_watch(struct mr_watch *watch, const struct measured *measured, uint32_t index)
+static void begin_watch(struct mr_watch *watch, const struct measured_landing *measured,
+                        uint32_t index)
 {
     struct mr_channel_config config[MR_CHANNELS];
     for (unsigned c = 0; c < MR_CHANNELS; c++)
@@ -280,7 +281,7 @@ static void invalidate_stuck_samples(struct measured_channel *channel, size_t sa
 
 /* Checks the readings of a block as the board does. A stuck channel is invalid from the reading at
  * which it stopped moving, so this also invalidates earlier readings back to that one. */
-static void decode_block(struct measured *measured, struct mr_watch *watch,
+static void decode_block(struct measured_landing *measured, struct mr_watch *watch,
                          const struct mr_block *block, enum measured_source source)
 {
     size_t i = (size_t)((int64_t)block->index - measured->first_block);
@@ -307,7 +308,7 @@ static void decode_block(struct measured *measured, struct mr_watch *watch,
 
 /* Invalidates CAN samples of a channel that the board reported stuck, from that report until the
  * next one about the channel. */
-static enum mr_status apply_stuck_events(struct store *store, struct measured *measured,
+static enum mr_status apply_stuck_events(struct store *store, struct measured_landing *measured,
                                          struct error *error)
 {
     struct store_fault *event = NULL;
@@ -346,7 +347,7 @@ static void fill_sample(struct measured_channel *channel, size_t i, float value,
     channel->validity[i] = isnan(value) ? MEASURED_NOT_VALID : MR_VALID;
 }
 
-static void fill_from_message(struct measured *measured, const struct message *message)
+static void fill_from_message(struct measured_landing *measured, const struct message *message)
 {
     const struct mr_series *series = mr_series_at(message->pack->series);
     float values[MR_PACK_READINGS];
@@ -363,7 +364,7 @@ static void fill_from_message(struct measured *measured, const struct message *m
     }
 }
 
-static void decode_blocks(struct measured *measured, const struct series_data *record)
+static void decode_blocks(struct measured_landing *measured, const struct series_data *record)
 {
     size_t from_box = 0;
     struct mr_watch watch = {0};
@@ -381,7 +382,8 @@ static void decode_blocks(struct measured *measured, const struct series_data *r
 
 /* Returns the first block to load. A board may be armed hours before the landing, and so many
  * blocks do not fit into memory. INT64_MIN: load all. */
-static int64_t find_first_block(const struct measured *measured, const struct time_groups *groups)
+static int64_t find_first_block(const struct measured_landing *measured,
+                                const struct time_groups *groups)
 {
     const struct time_group *last = groups->group_count ? &groups->group[groups->group_count - 1]
                                                         : NULL;
@@ -393,7 +395,7 @@ static int64_t find_first_block(const struct measured *measured, const struct ti
     return until - MEASURED_BEFORE_EDGE_BLOCKS;
 }
 
-static void select_groups(struct measured *measured, struct time_groups *groups)
+static void select_groups(struct measured_landing *measured, struct time_groups *groups)
 {
     size_t kept = 0;
     for (size_t g = 0; g < measured->gate_count; g++)
@@ -412,7 +414,7 @@ static void select_groups(struct measured *measured, struct time_groups *groups)
 static enum mr_status load_board_series(struct store *store, struct series_data *record,
                                         struct error *error)
 {
-    struct measured *measured = record->measured;
+    struct measured_landing *measured = record->measured;
     int64_t run = measured->landing.id;
     enum mr_status status = store_block_indexes_each(store, run, count_block, &record->groups,
                                                      error);
@@ -457,7 +459,7 @@ static enum mr_status load_board_series(struct store *store, struct series_data 
 static enum mr_status load_imported_series(struct store *store, struct series_data *record,
                                            struct error *error)
 {
-    struct measured *measured = record->measured;
+    struct measured_landing *measured = record->measured;
     struct store_imported_channel *rows = NULL;
     size_t count = 0;
     enum mr_status status = store_imported_channels(store, measured->landing.id, &rows, &count,
@@ -494,7 +496,7 @@ static enum mr_status load_imported_series(struct store *store, struct series_da
 
 /* Sets source, first_block, samples, raw samples and validities. The landing and the channel
  * configuration must be loaded. */
-static enum mr_status load_series(struct store *store, struct measured *measured,
+static enum mr_status load_series(struct store *store, struct measured_landing *measured,
                                   struct error *error)
 {
     struct series_data record = {.measured = measured, .last_second = -1};
@@ -512,8 +514,8 @@ static enum mr_status load_series(struct store *store, struct measured *measured
 
 /* ---- a landing ---- */
 
-static enum mr_status load_gates(struct store *store, int64_t run, struct measured *measured,
-                                 struct error *error)
+static enum mr_status load_gates(struct store *store, int64_t run,
+                                 struct measured_landing *measured, struct error *error)
 {
     struct store_edge *edges = NULL;
     struct store_switch *places = NULL;
@@ -534,7 +536,7 @@ static enum mr_status load_gates(struct store *store, int64_t run, struct measur
 }
 
 static enum mr_status count_missing_edges(struct store *store, int64_t run,
-                                          struct measured *measured, struct error *error)
+                                          struct measured_landing *measured, struct error *error)
 {
     struct store_result result;
     bool found;
@@ -547,7 +549,7 @@ static enum mr_status count_missing_edges(struct store *store, int64_t run,
 }
 
 static enum mr_status load_configuration(struct store *store, int64_t run,
-                                         struct measured *measured, struct error *error)
+                                         struct measured_landing *measured, struct error *error)
 {
     struct mr_channel_config channels[MR_CHANNELS];
     size_t found;
@@ -560,7 +562,7 @@ static enum mr_status load_configuration(struct store *store, int64_t run,
 /* Finds channels without calibration date. The dates count as unknown if another version wrote the
  * configuration. */
 static enum mr_status load_calibration_state(struct store *store, int64_t run,
-                                             struct measured *measured, struct error *error)
+                                             struct measured_landing *measured, struct error *error)
 {
     struct mr_config *config = xmalloc(sizeof *config);
     char *text = NULL;
@@ -582,7 +584,8 @@ static enum mr_status load_calibration_state(struct store *store, int64_t run,
 }
 
 static enum mr_status load_gates_and_calibration(struct store *store, int64_t run,
-                                                 struct measured *measured, struct error *error)
+                                                 struct measured_landing *measured,
+                                                 struct error *error)
 {
     memset(measured, 0, sizeof *measured);
     return store_landing_get(store, run, &measured->landing, error) ?:
@@ -592,7 +595,8 @@ static enum mr_status load_gates_and_calibration(struct store *store, int64_t ru
 }
 
 static enum mr_status load_configuration_and_series(struct store *store, int64_t run,
-                                                    struct measured *measured, struct error *error)
+                                                    struct measured_landing *measured,
+                                                    struct error *error)
 {
     enum mr_status status = load_configuration(store, run, measured, error)
                               ?: load_series(store, measured, error);
@@ -603,7 +607,7 @@ static enum mr_status load_configuration_and_series(struct store *store, int64_t
     return MR_OK;
 }
 
-enum mr_status measured_load(struct store *store, int64_t run, struct measured *measured,
+enum mr_status measured_load(struct store *store, int64_t run, struct measured_landing *measured,
                              struct error *error)
 {
     return load_gates_and_calibration(store, run, measured, error)
@@ -616,7 +620,7 @@ enum mr_status measured_load(struct store *store, int64_t run, struct measured *
 /* Fits the motion of the gear without loading samples. Sets `*enough` if this is sufficient: the
  * board received all edges, reported the end of the landing, and has block records near each edge
  * and after the stop. */
-static enum mr_status fit_without_series(struct store *store, struct measured *measured,
+static enum mr_status fit_without_series(struct store *store, struct measured_landing *measured,
                                          bool *enough, struct error *error)
 {
     const struct store_landing *landing = &measured->landing;
@@ -648,8 +652,8 @@ static enum mr_status fit_without_series(struct store *store, struct measured *m
     return status;
 }
 
-enum mr_status measured_load_gear(struct store *store, int64_t run, struct measured *measured,
-                                  struct error *error)
+enum mr_status measured_load_gear(struct store *store, int64_t run,
+                                  struct measured_landing *measured, struct error *error)
 {
     bool enough = false;
     enum mr_status status = load_gates_and_calibration(store, run, measured, error)

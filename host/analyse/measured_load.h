@@ -6,11 +6,11 @@
 #include "host/analyse/measured.h"
 
 /* The caller releases `measured` with measured_free, also after an error. */
-enum mr_status measured_load(struct store *store, int64_t run, struct measured *measured,
+enum mr_status measured_load(struct store *store, int64_t run, struct measured_landing *measured,
                              struct error *error);
 /* As measured_load, for callers that need only the motion of the gear. Samples are loaded only if
  * they are needed to find out whether the gear stopped; otherwise the channels are empty. */
-enum mr_status measured_load_gear(struct store *store, int64_t run, struct measured *measured,
-                                  struct error *error);
+enum mr_status measured_load_gear(struct store *store, int64_t run,
+                                  struct measured_landing *measured, struct error *error);
 
 #endif

@@ -20,8 +20,8 @@ static struct estimate multiply_powers(double constant, const struct estimate *f
     return (struct estimate){value, fabs(value) * sqrt(relative2)};
 }
 
-struct estimate params_inertia(struct estimate weight_lb, struct estimate spacing_ft,
-                               struct estimate cord_ft, struct estimate period_s)
+struct estimate params_compute_inertia(struct estimate weight_lb, struct estimate spacing_ft,
+                                       struct estimate cord_ft, struct estimate period_s)
 {
     /* A mat turned by the angle a moves each end by a d/2 and tilts its cord by a d/(2 l), which
      * gives the restoring moment W d^2 a/(4 l). */
@@ -30,46 +30,49 @@ struct estimate params_inertia(struct estimate weight_lb, struct estimate spacin
     return multiply_powers(1.0 / (16.0 * M_PI * M_PI), factors, powers, 4);
 }
 
-struct estimate params_joint_stiffness(struct estimate slope_lb_in_in, struct estimate joint_in)
+struct estimate params_compute_joint_stiffness(struct estimate slope_lb_in_in,
+                                               struct estimate joint_in)
 {
     const struct estimate factors[] = {slope_lb_in_in, joint_in};
     const double powers[] = {1, 1};
     return multiply_powers(12.0, factors, powers, 2);
 }
 
-struct estimate params_hinge_stiffness(struct estimate strip_ft_lb_rad, struct estimate wider)
+struct estimate params_compute_hinge_stiffness(struct estimate strip_ft_lb_rad,
+                                               struct estimate wider)
 {
     const struct estimate factors[] = {strip_ft_lb_rad, wider};
     const double powers[] = {1, 1};
     return multiply_powers(1.0, factors, powers, 2);
 }
 
-struct estimate params_mat_area(struct estimate length_ft, struct estimate width_ft)
+struct estimate params_compute_mat_area(struct estimate length_ft, struct estimate width_ft)
 {
     const struct estimate factors[] = {length_ft, width_ft};
     const double powers[] = {1, 1};
     return multiply_powers(1.0, factors, powers, 2);
 }
 
-struct estimate params_friction(struct estimate pull_lb, struct estimate weight_lb)
+struct estimate params_compute_friction(struct estimate pull_lb, struct estimate weight_lb)
 {
     const struct estimate factors[] = {pull_lb, weight_lb};
     const double powers[] = {1, -1};
     return multiply_powers(1.0, factors, powers, 2);
 }
 
-struct estimate params_soil_stiffness(struct estimate load_lb, struct estimate deflection_ft,
-                                      double mats)
+struct estimate params_compute_soil_stiffness(struct estimate load_lb,
+                                              struct estimate deflection_ft, double mats)
 {
     const struct estimate factors[] = {load_lb, deflection_ft};
     const double powers[] = {1, -1};
     return multiply_powers(1.0 / (2.0 * mats), factors, powers, 2);
 }
 
-enum mr_status params_plate_soil_stiffness(const double *load_lb, const double *settlement_ft,
-                                           size_t count, struct estimate plate_ft,
-                                           struct estimate mat_ft2, struct estimate *kv_lb_ft,
-                                           struct error *error)
+enum mr_status params_compute_plate_soil_stiffness(const double *load_lb,
+                                                   const double *settlement_ft, size_t count,
+                                                   struct estimate plate_ft,
+                                                   struct estimate mat_ft2,
+                                                   struct estimate *kv_lb_ft, struct error *error)
 {
     struct line_fit line;
     const double powers[] = {1, -2, 1};
@@ -81,7 +84,7 @@ enum mr_status params_plate_soil_stiffness(const double *load_lb, const double *
     return MR_OK;
 }
 
-struct estimate params_mean(const double *readings, size_t count, double each)
+struct estimate params_compute_mean(const double *readings, size_t count, double each)
 {
     double mean = 0.0, scatter2 = 0.0;
     for (size_t i = 0; i < count; i++)
@@ -114,10 +117,10 @@ enum mr_status params_fit_spring(const double *x, const double *y, size_t count,
     *spring = (struct params_spring_fit){
         .is_known = slope > compute_student_t(count - 2) * line.slope.error,
         .scatter = line.scatter,
-        .k = line.slope,
-        .free = {free, sqrt(fmax(variance, 0.0)) / fabs(slope)},
+        .stiffness = line.slope,
+        .free_travel = {free, sqrt(fmax(variance, 0.0)) / fabs(slope)},
     };
     for (size_t i = 0; i < count && slope > 0.0; i++)
-        spring->below_free += x[i] < free - ROUNDING_TOLERANCE * fabs(free);
+        spring->free_travel_readings += x[i] < free - ROUNDING_TOLERANCE * fabs(free);
     return MR_OK;
 }

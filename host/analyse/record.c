@@ -29,14 +29,14 @@ static enum mr_status load_max_risk(struct store *store, struct record_row *row,
     return status;
 }
 
-static void set_warning(const struct measured *measured, const struct zones *zones,
+static void set_warning(const struct measured_landing *measured, const struct zones *zones,
                         struct record_row *row)
 {
     const struct zone_warning *warning = &zones->warning;
-    char doubt[ZONES_DOUBT_SIZE];
+    char doubt[ZONES_REASON_SIZE];
     row->warned_t_s = row->warned_zone_start_ft = row->warned_wheel_ft = (double)NAN;
     row->lead_time_s = row->lead_time_low_s = row->lead_time_high_s = (double)NAN;
-    if (warning->was_warned) {
+    if (warning->has_warning) {
         row->warned = RECORD_WARNED;
         row->warned_t_s = warning->t_s;
         row->time_origin = zones->received.origin;
@@ -45,14 +45,14 @@ static void set_warning(const struct measured *measured, const struct zones *zon
     } else if (measured->source == MEASURED_IMPORT)
         row->warned = RECORD_NO_BOARD;
     else
-        row->warned = zones_format_missed_warning_doubt(&zones->received, (double)INFINITY, doubt)
+        row->warned = zones_format_missed_warning_reason(&zones->received, (double)INFINITY, doubt)
                         ? RECORD_NOT_RECEIVED
                         : RECORD_NO_WARNING;
 }
 
 /* Compares the landing with its advice. The landing is off plan if its braking or speed differs
  * from the plan. */
-static void set_deviation_from_plan(const struct measured *measured, struct record_row *row)
+static void set_deviation_from_plan(const struct measured_landing *measured, struct record_row *row)
 {
     const struct mr_gates_summary *fit = &measured->summary;
     if (!row->has_advice || measured->fit_status != MR_OK)
@@ -147,12 +147,13 @@ static enum mr_status load_board_survey(struct store *store, int64_t run, int64_
         other[s] = isfinite(now_in) && (isnan(then_in) || now_in < then_in || now_in > then_in);
         changed += other[s];
     }
-    for (unsigned s = 0; s < MR_SEGMENTS && 2 * changed < survey->surveyed_segments; s++) {
+    for (unsigned s = 0; s < MR_SEGMENTS && 2 * changed < survey->surveyed_segment_count; s++) {
         if (!other[s])
             survey->slack_in[s] = MR_NAN;
     }
-    survey->surveyed_segments = 2 * changed < survey->surveyed_segments ? changed
-                                                                        : survey->surveyed_segments;
+    survey->surveyed_segment_count = 2 * changed < survey->surveyed_segment_count
+                                       ? changed
+                                       : survey->surveyed_segment_count;
     return status;
 }
 
@@ -166,7 +167,7 @@ static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int
     enum mr_status status = survey_evaluate_between(store, from_us, to_us, &found, &exists, error);
     if (status != MR_OK || !exists)
         return status;
-    slack->surveyed_segments = found.slack.surveyed_segments;
+    slack->surveyed_segment_count = found.slack.surveyed_segment_count;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         slack->slack_in[s] = (float)found.slack.segment[s].value_in;
     return MR_OK;
@@ -209,7 +210,7 @@ void record_reach_add(struct record_reach *reach, double t_s, double wheel_ft,
     }
 }
 
-static struct record_reach find_reach(const struct measured *measured,
+static struct record_reach find_reach(const struct measured_landing *measured,
                                       const struct zones_slack *slack)
 {
     struct record_reach reach;
@@ -223,7 +224,7 @@ static struct record_reach find_reach(const struct measured *measured,
             break;
         if (isnan(wheel_ft) || !(measured_speed_ft_s(measured, t_s, &error_ft_s) > MIN_SPEED_FT_S))
             continue;
-        zones_find_closed_segments(measured, slack, i, RECORD_REACH_WITHIN_FT, left_in, &zone);
+        zones_find_longest_zone_at(measured, slack, i, RECORD_REACH_WITHIN_FT, left_in, &zone);
         record_reach_add(&reach, t_s, wheel_ft, &zone);
     }
     return reach;
@@ -231,7 +232,7 @@ static struct record_reach find_reach(const struct measured *measured,
 
 /* Returns the fraction of the distance from touchdown to 50 mats beyond the stop that lies between
  * the first and the last transducer that worked to the end. */
-static double compute_covered_share(const struct measured *measured)
+static double compute_covered_share(const struct measured_landing *measured)
 {
     double from_ft = measured->landing.touchdown_ft,
            to_ft = measured->summary.stop_station_ft.value +
@@ -249,7 +250,7 @@ static double compute_covered_share(const struct measured *measured)
     return isnan(first_ft) || !(to_ft > from_ft) ? 0.0 : fmax(0.0, watched_ft) / (to_ft - from_ft);
 }
 
-static void judge_outcome_by_transducers(const struct measured *measured,
+static void judge_outcome_by_transducers(const struct measured_landing *measured,
                                          const struct zones_slack *slack, struct outcome *outcome)
 {
     struct zones_slack closed = *slack; /* count segments that were not surveyed as closed */
@@ -257,7 +258,7 @@ static void judge_outcome_by_transducers(const struct measured *measured,
         outcome->unknown_reason = "the motion of the gear up to its stop is unknown";
         return;
     }
-    if (slack->surveyed_segments == 0) {
+    if (slack->surveyed_segment_count == 0) {
         outcome->unknown_reason =
             "there was no survey between the previous landing and this landing";
         return;
@@ -282,7 +283,7 @@ static void judge_outcome_by_transducers(const struct measured *measured,
         closed.slack_in[s] = isnan(closed.slack_in[s]) ? 0.0f : closed.slack_in[s];
     if (outcome->covered_share < MIN_COVERED_SHARE)
         outcome->unknown_reason = "the transducers cover less than half of the gear's path";
-    else if (slack->surveyed_segments < MR_SEGMENTS &&
+    else if (slack->surveyed_segment_count < MR_SEGMENTS &&
              isfinite(find_reach(measured, &closed).reached_t_s[RECORD_REACH_BEST]))
         outcome->unknown_reason =
             "the survey before the landing omits segments where a zone may have formed";
@@ -294,15 +295,15 @@ static void judge_outcome_by_transducers(const struct measured *measured,
 
 /* ---- survey afterwards and observations ---- */
 
-static void judge_outcome_by_survey_after(const struct measured *measured,
+static void judge_outcome_by_survey_after(const struct measured_landing *measured,
                                           const struct zones_slack *slack, struct outcome *outcome)
 {
     struct mr_closure_zone zone;
     double stop_ft = measured->summary.stop_station_ft.value;
-    if (measured->fit_status != MR_OK || slack->surveyed_segments == 0)
+    if (measured->fit_status != MR_OK || slack->surveyed_segment_count == 0)
         return;
-    zones_find_closed_run(slack->slack_in, slack->slack_in, stop_ft, OUTCOME_REACHED_DISTANCE_FT,
-                          &zone);
+    zones_find_longest_zone(slack->slack_in, slack->slack_in, stop_ft, OUTCOME_REACHED_DISTANCE_FT,
+                            &zone);
     outcome->closed_after_mats = (int64_t)zone.mats;
     if (outcome->closed_after_mats < OUTCOME_MIN_ZONE_MATS || outcome->reached == OUTCOME_REACHED)
         return;
@@ -352,11 +353,11 @@ static const struct outcome unknown_outcome = {.longest_mats = STORE_NONE,
                                                .reached_latest_s = (double)NAN};
 
 /* `measured` must be loaded with samples (measured_load). */
-static enum mr_status outcome_load(struct store *store, const struct measured *measured,
+static enum mr_status outcome_load(struct store *store, const struct measured_landing *measured,
                                    const struct neighbours *between, struct outcome *outcome,
                                    struct error *error)
 {
-    struct zones_slack before, after = {.surveyed_segments = 0};
+    struct zones_slack before, after = {.surveyed_segment_count = 0};
     const struct store_landing *landing = &measured->landing;
     enum mr_status status =
         load_board_survey(store, landing->id,
@@ -449,7 +450,7 @@ static enum mr_status check_any_survey(struct store *store, int64_t run, bool *h
     size_t count = 0;
     enum mr_status status = zones_load_survey(store, run, &survey, error)
                               ?: store_gage_surveys(store, &rows, &count, error);
-    *has = status == MR_OK && (survey.surveyed_segments > 0 || count > 0);
+    *has = status == MR_OK && (survey.surveyed_segment_count > 0 || count > 0);
     free(rows);
     return status;
 }
@@ -474,7 +475,7 @@ static enum mr_status load_landing(struct store *store, const struct neighbours 
                                    struct record_row *row, struct error *error)
 {
     /* static instead of on the stack, because it takes about ten kilobytes */
-    static struct measured measured;
+    static struct measured_landing measured;
     struct zones zones = {0};
     bool surveyed = false;
     enum mr_status status = check_any_survey(store, row->run, &surveyed, error);

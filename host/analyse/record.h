@@ -166,7 +166,7 @@ struct record {
 
 /* A loaded landing, with its samples. */
 struct record_landing {
-    const struct measured *measured;
+    const struct measured_landing *measured;
     const struct zones *zones;
 };
 

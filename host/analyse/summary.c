@@ -211,8 +211,8 @@ static bool has_missing_samples(const struct measured_channel *channel, enum mr_
 
 /* Lists the channels for which data is missing in the same time as for channel `c`: "1, 2, 5".
  * Returns false if `c` is in the list of an earlier channel. */
-static bool format_channels_missing_alike(const struct measured *measured, unsigned c, char *out,
-                                          size_t size)
+static bool format_channels_missing_alike(const struct measured_landing *measured, unsigned c,
+                                          char *out, size_t size)
 {
     const struct measured_channel *first = &measured->channel[c];
     size_t used = 0;
@@ -231,7 +231,7 @@ static bool format_channels_missing_alike(const struct measured *measured, unsig
     return true;
 }
 
-static void add_missing_samples(const struct measured *measured, enum mr_channel_kind kind,
+static void add_missing_samples(const struct measured_landing *measured, enum mr_channel_kind kind,
                                 struct answer *answer)
 {
     char numbers[120];
@@ -367,7 +367,8 @@ enum mr_status summary_load_clock(struct store *store, int64_t run, struct store
     return status;
 }
 
-struct summary_moment summary_convert_time(const struct store_time_map *clock, double board_us)
+struct summary_moment summary_convert_to_host_time(const struct store_time_map *clock,
+                                                   double board_us)
 {
     double since_us = board_us - (double)clock->board_us;
     return (struct summary_moment){
@@ -386,7 +387,7 @@ struct summary_moment summary_convert_to_time_of_day(const struct summary *summa
 {
     if (!summary->is_clock_known || summary->clock.refusal != TIMEMAP_OK)
         return (struct summary_moment){(double)NAN, (double)NAN};
-    return summary_convert_time(&summary->clock, board_us);
+    return summary_convert_to_host_time(&summary->clock, board_us);
 }
 
 /* Formats a time in Unix microseconds, for example "2026-11-21 22:28:14.1234 UTC". */
@@ -525,7 +526,7 @@ void summary_free(struct summary *summary)
     free(summary->key_state);
 }
 
-void summary_format_switches(const struct measured *measured, char *out, size_t size)
+void summary_format_switches(const struct measured_landing *measured, char *out, size_t size)
 {
     size_t seen = measured->gate_count;
     bool all = seen == measured->switch_count && seen > 0;
@@ -561,7 +562,8 @@ void summary_format_switches(const struct measured *measured, char *out, size_t 
                  measured->edge_count - seen);
 }
 
-static double get_event_time_s(const struct measured *measured, const struct store_fault *event)
+static double get_event_time_s(const struct measured_landing *measured,
+                               const struct store_fault *event)
 {
     return (double)(event->board_us - measured->t0_us) / 1e6;
 }
@@ -570,7 +572,7 @@ static double get_event_time_s(const struct measured *measured, const struct sto
  * is valid again get no line, because the line of the fault contains its end. */
 static void add_channel_fault(const struct summary *summary, size_t i, struct answer *answer)
 {
-    const struct measured *measured = &summary->measured;
+    const struct measured_landing *measured = &summary->measured;
     const struct store_fault *event = &summary->channel_event[i];
     if (event->code == MR_VALID || event->detail < 0 || event->detail >= (int64_t)MR_CHANNELS)
         return;
@@ -612,7 +614,7 @@ static void add_channel_events(const struct summary *summary, struct answer *ans
 
 static void add_restarts(const struct summary *summary, struct answer *answer)
 {
-    const struct measured *measured = &summary->measured;
+    const struct measured_landing *measured = &summary->measured;
     char cause[100], after[40] = "";
     if (summary->restart_count == 0) {
         answer_add_missing_value(answer, "restart", NULL, "");
@@ -695,7 +697,7 @@ static void add_motion_estimate(const char *name, const char *label, enum unit_k
 
 static void add_motion(const struct summary *summary, struct answer *answer)
 {
-    const struct measured *measured = &summary->measured;
+    const struct measured_landing *measured = &summary->measured;
     const struct mr_gates_summary *fit = &measured->summary;
     char switches[200];
     summary_format_switches(measured, switches, sizeof switches);
@@ -726,8 +728,8 @@ static void add_motion(const struct summary *summary, struct answer *answer)
     }
 }
 
-static void add_channel(const struct measured *measured, const struct measured_channel *channel,
-                        struct answer *answer)
+static void add_channel(const struct measured_landing *measured,
+                        const struct measured_channel *channel, struct answer *answer)
 {
     const bool gage = channel->config.kind == MR_KIND_TENSION;
     const enum unit_kind unit = gage ? UNIT_TENSION : UNIT_DISPLACEMENT;
@@ -770,7 +772,7 @@ static void add_channel(const struct measured *measured, const struct measured_c
     answer_add_value(answer, NULL, "valid|%", UNIT_NUMBER, 100.0 * valid, 1);
 }
 
-void summary_add_channels(const struct measured *measured, enum mr_channel_kind kind,
+void summary_add_channels(const struct measured_landing *measured, enum mr_channel_kind kind,
                           const char *label, struct answer *answer)
 {
     bool any = false;
@@ -789,7 +791,7 @@ void summary_add_channels(const struct measured *measured, enum mr_channel_kind 
     answer_close_group(answer);
 }
 
-static void add_channels(const struct measured *measured, struct answer *answer)
+static void add_channels(const struct measured_landing *measured, struct answer *answer)
 {
     bool read = measured->source != MEASURED_NO_SOURCE;
     summary_add_channels(measured, MR_KIND_DISPLACEMENT,
@@ -835,7 +837,7 @@ static void add_import(const struct summary *summary, struct answer *answer)
     answer_close_group(answer);
 }
 
-static void add_source(const struct measured *measured, struct answer *answer)
+static void add_source(const struct measured_landing *measured, struct answer *answer)
 {
     char source[MEASURED_SOURCE_SIZE];
     measured_format_source(measured, source);
@@ -880,7 +882,7 @@ static void add_board(const struct store_landing *landing, int64_t can_base, str
                                                         : "crystal");
 }
 
-void summary_add_calibration(const struct measured *measured, struct answer *answer)
+void summary_add_calibration(const struct measured_landing *measured, struct answer *answer)
 {
     answer_add_json(answer, "uncalibrated",
                     measured->has_calibration_dates ? json_boolean(measured->is_uncalibrated)
@@ -892,12 +894,12 @@ void summary_format_heading(const struct summary *summary, char out[SUMMARY_HEAD
     const struct store_landing *landing = &summary->measured.landing;
     snprintf(out, SUMMARY_HEADING_SIZE, "RUN %lld: landing %lld, %s%s", (long long)landing->id,
              (long long)landing->board_landing, mr_landing_state_text((unsigned)landing->state),
-             measured_marks_text(&summary->measured));
+             measured_quality_text(&summary->measured));
 }
 
 void summary_add_alerts(const struct summary *summary, struct answer *answer)
 {
-    const struct measured *measured = &summary->measured;
+    const struct measured_landing *measured = &summary->measured;
     char torn[MEASURED_MISSING_START_SIZE];
     measured_format_missing_start(measured, torn);
     if (torn[0])
@@ -918,7 +920,7 @@ void summary_add_alerts(const struct summary *summary, struct answer *answer)
 
 void summary_add_facts(const struct summary *summary, struct answer *answer)
 {
-    const struct measured *measured = &summary->measured;
+    const struct measured_landing *measured = &summary->measured;
     summary_add_alerts(summary, answer);
     add_motion(summary, answer);
     braking_to_answer(&summary->braking, answer);

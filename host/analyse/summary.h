@@ -45,7 +45,7 @@ struct summary_link {
 };
 
 struct summary {
-    struct measured measured;
+    struct measured_landing measured;
     struct zones zones;
     struct predictor_inputs predictor_inputs;
     struct bands_summary bands;
@@ -94,7 +94,7 @@ void summary_free(struct summary *summary); /* may also be called after an error
 #define SUMMARY_HEADING_SIZE 80
 void summary_format_heading(const struct summary *summary, char out[SUMMARY_HEADING_SIZE]);
 /* Adds "uncalibrated" to the JSON: true, false, or null if the configuration was not read. */
-void summary_add_calibration(const struct measured *measured, struct answer *answer);
+void summary_add_calibration(const struct measured_landing *measured, struct answer *answer);
 /* Adds the whole summary under its heading, with the outcome if it is loaded. The functions below
  * add single parts, for the sections of a page. */
 void summary_to_answer(const struct summary *summary, struct answer *answer);
@@ -107,14 +107,14 @@ void summary_add_zone(const struct summary *summary, struct answer *answer);
 /* Adds clock, film, links, gaps and faults. */
 void summary_add_health(const struct summary *summary, struct answer *answer);
 /* Adds the channels of one kind as a table. */
-void summary_add_channels(const struct measured *measured, enum mr_channel_kind kind,
+void summary_add_channels(const struct measured_landing *measured, enum mr_channel_kind kind,
                           const char *label, struct answer *answer);
 
 /* Returns the content of summary_to_answer as JSON. The caller owns the object. */
 json_t *summary_to_json(const struct summary *summary, bool si);
 const char *summary_link_name(int link);
 /* Writes the state of the switches: "all 24 seen" or "22 of 24 seen, missing 3, 17". */
-void summary_format_switches(const struct measured *measured, char *out, size_t size);
+void summary_format_switches(const struct measured_landing *measured, char *out, size_t size);
 /* Writes LINK_FAULT_COUNT counts: "bus off 1, no acknowledgement 12"; "" if all are 0. */
 void summary_format_link_errors(const int64_t *trouble, char *out, size_t size);
 /* Returns LINK_FAULT_COUNT counts as a JSON object: {"bus off": 1, ...}. The caller owns the
@@ -133,10 +133,11 @@ struct summary_moment {
 struct summary_moment summary_convert_to_time_of_day(const struct summary *summary,
                                                      double board_us);
 /* Loads the best clock of a landing's links, as in summary->clock. `*known` is false if no link has
- * a clock. summary_convert_time converts a board time with this clock. */
+ * a clock. summary_convert_to_host_time converts a board time with this clock. */
 enum mr_status summary_load_clock(struct store *store, int64_t run, struct store_time_map *clock,
                                   bool *known, struct error *error);
-struct summary_moment summary_convert_time(const struct store_time_map *clock, double board_us);
+struct summary_moment summary_convert_to_host_time(const struct store_time_map *clock,
+                                                   double board_us);
 
 void summary_add_times(const struct summary *summary, struct answer *answer);
 

@@ -40,9 +40,9 @@ static size_t fill_kriging_matrix(const struct track *track, const struct track_
     memset(system, 0, sizeof(double[TRACK_MATRIX_SIZE][TRACK_MATRIX_SIZE]));
     for (size_t i = 0; i < n; i++) {
         for (size_t k = 0; k < n; k++)
-            system[i][k] = model->q * compute_covariance(track->t_s[i], track->t_s[k]);
+            system[i][k] = model->intensity * compute_covariance(track->t_s[i], track->t_s[k]);
         system[i][i] += track->gate_error_ft * track->gate_error_ft +
-                        model->ripple_ft * model->ripple_ft;
+                        model->ripple_deviation_ft * model->ripple_deviation_ft;
         for (size_t p = 0; p < PARABOLA_TERMS; p++)
             system[i][n + p] = system[n + p][i] = compute_parabola_term(STATION, track->t_s[i], p);
     }
@@ -114,8 +114,8 @@ static double compute_deviance(const struct track *track, struct track_model *mo
 
 /* Stores a model if it is among the most likely ones. `unlikely` has the deviance of each entry of
  * track->model. */
-static void keep_likeliest_models(struct track *track, const struct track_model *model,
-                                  double unlikeliness_now, double unlikely[TRACK_MODELS_MAX])
+static void select_likeliest_models(struct track *track, const struct track_model *model,
+                                    double unlikeliness_now, double unlikely[TRACK_MODELS_MAX])
 {
     size_t place = track->model_count;
     if (place == TRACK_MODELS_MAX) {
@@ -139,11 +139,11 @@ static void select_models(struct track *track)
     double unlikely[TRACK_MODELS_MAX], least = (double)INFINITY, sum = 0.0;
     for (int half = MIN_HALF_POWER; half <= MAX_HALF_POWER; half++) {
         for (size_t i = 0; i < sizeof ripples / sizeof ripples[0]; i++) {
-            struct track_model model = {.q = pow(10.0, 0.5 * half),
-                                        .ripple_ft = ripples[i] * track->gate_error_ft};
+            struct track_model model = {.intensity = pow(10.0, 0.5 * half),
+                                        .ripple_deviation_ft = ripples[i] * track->gate_error_ft};
             double now = compute_deviance(track, &model);
             if (!isinf(now))
-                keep_likeliest_models(track, &model, now, unlikely);
+                select_likeliest_models(track, &model, now, unlikely);
         }
     }
     for (size_t m = 0; m < track->model_count; m++)
@@ -176,7 +176,7 @@ static double compute_gate_covariance(int quantity, double gate_s, double t_s)
     return fourths / 8.0 + (t_s - gate_s) * cubes / 6.0;
 }
 
-static double compute_own_variance(int quantity, double t_s)
+static double compute_prior_variance(int quantity, double t_s)
 {
     return quantity == STATION ? compute_covariance(t_s, t_s)
          : quantity == SPEED   ? t_s * t_s * t_s / 3.0
@@ -184,11 +184,11 @@ static double compute_own_variance(int quantity, double t_s)
 }
 
 /* Covariances of a quantity at a time with the gates, and the terms of the parabola. */
-static void fill_side(const struct track *track, const struct track_model *model, int quantity,
-                      double since_s, double side[TRACK_MATRIX_SIZE])
+static void compute_gate_covariances(const struct track *track, const struct track_model *model,
+                                     int quantity, double since_s, double side[TRACK_MATRIX_SIZE])
 {
     for (size_t i = 0; i < track->gate_count; i++)
-        side[i] = model->q * compute_gate_covariance(quantity, track->t_s[i], since_s);
+        side[i] = model->intensity * compute_gate_covariance(quantity, track->t_s[i], since_s);
     for (size_t p = 0; p < PARABOLA_TERMS; p++)
         side[track->gate_count + p] = compute_parabola_term(quantity, since_s, p);
 }
@@ -197,7 +197,7 @@ static double predict_variance(const struct track *track, const struct track_mod
                                int quantity, double since_s, const double *side)
 {
     const size_t size = track->gate_count + PARABOLA_TERMS;
-    double variance = model->q * compute_own_variance(quantity, since_s);
+    double variance = model->intensity * compute_prior_variance(quantity, since_s);
     for (size_t i = 0; i < size; i++) {
         for (size_t k = 0; k < size; k++)
             variance -= side[i] * model->inverse[i][k] * side[k];
@@ -209,9 +209,10 @@ static double predict_variance(const struct track *track, const struct track_mod
     double ripple = 0.0,
            spacing_s = track->t_s[track->gate_count - 1] / (double)(track->gate_count - 1);
     if (quantity == STATION)
-        ripple = model->ripple_ft;
+        ripple = model->ripple_deviation_ft;
     else if (quantity == SPEED)
-        ripple = hypot(M_PI * model->ripple_ft, sqrt(2.0) * track->gate_error_ft) / spacing_s;
+        ripple = hypot(M_PI * model->ripple_deviation_ft, sqrt(2.0) * track->gate_error_ft) /
+                 spacing_s;
     return fmax(variance, 0.0) + ripple * ripple;
 }
 
@@ -226,7 +227,7 @@ static struct mr_estimate predict(const struct track *track, int quantity, doubl
     for (size_t m = 0; m < track->model_count; m++) {
         const struct track_model *model = &track->model[m];
         double value = -reference;
-        fill_side(track, model, quantity, since_s, side);
+        compute_gate_covariances(track, model, quantity, since_s, side);
         for (size_t i = 0; i < track->gate_count + PARABOLA_TERMS; i++)
             value += model->factor_ft[i] * side[i];
         mean += model->weight * value;
@@ -253,7 +254,7 @@ static double compute_brake_error_ft(double deceleration_ft_s2)
            sqrt(4.0 * d * d * e * e + 2.0 * e * e * e * e);
 }
 
-static void set_end_moments(const struct measured *measured, struct track *track)
+static void set_end_moments(const struct measured_landing *measured, struct track *track)
 {
     const struct mr_gates_summary *summary = &measured->summary;
     double error_ft = hypot(summary->touchdown_speed_ft_s.value * summary->touchdown_t_s.error,
@@ -276,7 +277,7 @@ static void set_end_moments(const struct measured *measured, struct track *track
     track->stop.t_s = fmax(track->stop.t_s, track->last_gate.t_s);
 }
 
-void track_make(const struct measured *measured, struct track *track)
+void track_make(const struct measured_landing *measured, struct track *track)
 {
     const struct mr_gates_summary *summary = &measured->summary;
     memset(track, 0, sizeof *track);
@@ -318,7 +319,7 @@ static struct track_moment interpolate_cubic(const struct track_moment *from,
 }
 
 /* Station and speed at a time that is not between the first and the last gate. */
-static struct track_moment compute_moment_outside(const struct track *track, double t_s)
+static struct track_moment extrapolate_moment(const struct track *track, double t_s)
 {
     const struct track_moment *touchdown = &track->touchdown, *stop = &track->stop;
     const struct mr_estimate unknown = {(double)NAN, (double)NAN};
@@ -357,7 +358,7 @@ static bool is_between_gates(const struct track *track, double t_s)
 double track_station_ft(const struct track *track, double t_s)
 {
     return is_between_gates(track, t_s) ? predict(track, STATION, t_s, false).value
-                                        : compute_moment_outside(track, t_s).station_ft.value;
+                                        : extrapolate_moment(track, t_s).station_ft.value;
 }
 
 struct mr_estimate track_compute_station(const struct track *track, double t_s)
@@ -365,13 +366,13 @@ struct mr_estimate track_compute_station(const struct track *track, double t_s)
     if (!track->has_gates)
         return (struct mr_estimate){(double)NAN, (double)NAN};
     return is_between_gates(track, t_s) ? predict(track, STATION, t_s, true)
-                                        : compute_moment_outside(track, t_s).station_ft;
+                                        : extrapolate_moment(track, t_s).station_ft;
 }
 
 struct mr_estimate track_compute_speed(const struct track *track, double t_s)
 {
     return is_between_gates(track, t_s) ? predict(track, SPEED, t_s, true)
-                                        : compute_moment_outside(track, t_s).speed_ft_s;
+                                        : extrapolate_moment(track, t_s).speed_ft_s;
 }
 
 struct mr_estimate track_compute_deceleration(const struct track *track, double t_s)
@@ -444,7 +445,7 @@ static void set_frame_numbers(struct film *film)
 
 /* Adds a frame, in order of pulses. Skips a pulse whose time is unknown or not later than the
  * previous one. */
-static void add_frame(struct film *film, const struct measured *measured,
+static void add_frame(struct film *film, const struct measured_landing *measured,
                       const struct store_film_frame *row)
 {
     const struct film_frame *last = film->frame_count ? &film->frame[film->frame_count - 1] : NULL;
@@ -461,8 +462,8 @@ static void add_frame(struct film *film, const struct measured *measured,
     frame->speed_ft_s.value = measured_speed_ft_s(measured, t_s, &frame->speed_ft_s.error);
 }
 
-enum mr_status film_load(struct store *store, const struct measured *measured, struct film *film,
-                         struct error *error)
+enum mr_status film_load(struct store *store, const struct measured_landing *measured,
+                         struct film *film, struct error *error)
 {
     struct store_film_frame *row = NULL;
     size_t count = 0;

@@ -42,8 +42,8 @@ struct track {
     double gate_error_ft;                               /* standard error of each gate station */
     size_t model_count;                                 /* the models with the largest weights */
     struct track_model {
-        double q;         /* intensity of the white noise, (ft/s3)^2 s */
-        double ripple_ft; /* standard deviation of the ripple */
+        double intensity;           /* intensity of the white noise, (ft/s3)^2 s */
+        double ripple_deviation_ft; /* standard deviation of the ripple */
         double weight;
         double inverse[TRACK_MATRIX_SIZE][TRACK_MATRIX_SIZE];
         double factor_ft[TRACK_MATRIX_SIZE]; /* the inverse times the stations */
@@ -52,7 +52,7 @@ struct track {
 
 /* Makes the track from a landing with a summary whose times count from touchdown; otherwise
  * `is_known` is false. */
-void track_make(const struct measured *measured, struct track *track);
+void track_make(const struct measured_landing *measured, struct track *track);
 /* Returns the station of the lead wheel; NaN where it is not known. */
 double track_station_ft(const struct track *track, double t_s);
 /* Station and speed of the lead wheel with their standard errors; NaN where they are not known. The
@@ -92,8 +92,8 @@ struct film {
 
 /* The caller releases the film with film_free, also after an error. A landing without a camera has
  * no frames. */
-enum mr_status film_load(struct store *store, const struct measured *measured, struct film *film,
-                         struct error *error);
+enum mr_status film_load(struct store *store, const struct measured_landing *measured,
+                         struct film *film, struct error *error);
 void film_free(struct film *film);
 
 /* Computes frame numbers from ascending pulse times in microseconds. */

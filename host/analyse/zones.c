@@ -9,9 +9,9 @@
 #include "common/wire.h"
 #include "host/store/store.h"
 
-#define NO_WARNING_TEXT_SIZE (ZONES_DOUBT_SIZE + 60)
+#define NO_WARNING_TEXT_SIZE (ZONES_REASON_SIZE + 60)
 
-double zones_time_s(const struct measured *measured, const struct store_zone *zone)
+double zones_time_s(const struct measured_landing *measured, const struct store_zone *zone)
 {
     return measured_block_time_s(measured, zone->block);
 }
@@ -25,11 +25,11 @@ static const char *format_moment(double t_s, const char *origin, char out[MOMENT
     return out;
 }
 
-static struct zone_warning find_first_warning(const struct measured *measured,
+static struct zone_warning find_first_warning(const struct measured_landing *measured,
                                               const struct store_zone *row)
 {
     struct zone_warning warning = {
-        .was_warned = true,
+        .has_warning = true,
         .block = row->block,
         .t_s = zones_time_s(measured, row),
         .mats = row->mats,
@@ -47,20 +47,21 @@ static struct zone_warning find_first_warning(const struct measured *measured,
         .end_error_ft = (double)NAN,
         .predicted_mats = STORE_NONE,
         .predicted_wheel_ft = (double)NAN,
-        .predicted_wheel_after_s = (double)NAN,
+        .predicted_wheel_delay_s = (double)NAN,
     };
     warning.is_path_known = measured->fit_status == MR_OK;
     return warning;
 }
 
 /* Loads the message of the predictor that belongs to the block of the first warning. */
-static enum mr_status load_warning_reason(struct store *store, const struct measured *measured,
+static enum mr_status load_warning_reason(struct store *store,
+                                          const struct measured_landing *measured,
                                           struct zones *zones, struct error *error)
 {
     struct store_prediction *row = NULL;
     size_t count = 0;
     struct zone_warning *warning = &zones->warning;
-    enum mr_status status = warning->was_warned
+    enum mr_status status = warning->has_warning
                               ? store_predictions(store, measured->landing.id, &row, &count, error)
                               : MR_OK;
     for (size_t i = 0; status == MR_OK && i < count; i++) {
@@ -72,29 +73,30 @@ static enum mr_status load_warning_reason(struct store *store, const struct meas
         warning->end_error_ft = row[i].end_error_ft;
         warning->predicted_mats = row[i].coming_mats;
         warning->predicted_wheel_ft = row[i].coming_wheel_ft;
-        warning->predicted_wheel_after_s =
-            fmax(measured_arrival_s(measured, row[i].coming_wheel_ft), warning->t_s) - warning->t_s;
-        if (isnan(measured_arrival_s(measured, row[i].coming_wheel_ft)))
-            warning->predicted_wheel_after_s = (double)NAN;
+        warning->predicted_wheel_delay_s =
+            fmax(measured_arrival_time_s(measured, row[i].coming_wheel_ft), warning->t_s) -
+            warning->t_s;
+        if (isnan(measured_arrival_time_s(measured, row[i].coming_wheel_ft)))
+            warning->predicted_wheel_delay_s = (double)NAN;
     }
     free(row);
     return status;
 }
 
-static void find_warning(const struct measured *measured, struct zones *zones)
+static void find_warning(const struct measured_landing *measured, struct zones *zones)
 {
     struct zone_warning *warning = &zones->warning;
     for (size_t i = 0; i < zones->count; i++) {
         const struct store_zone *row = &zones->row[i];
         if (row->warning != 1)
             continue;
-        if (!warning->was_warned)
+        if (!warning->has_warning)
             *warning = find_first_warning(measured, row);
         if (isnan(warning->predicted_lead_s) && !isnan(row->lead_s)) {
             warning->predicted_lead_s = row->lead_s;
             warning->predicted_lead_t_s = zones_time_s(measured, row);
             warning->predicted_lead_start_ft = row->start_ft;
-            warning->actual_lead_s = measured_arrival_s(measured, row->start_ft) -
+            warning->actual_lead_s = measured_arrival_time_s(measured, row->start_ft) -
                                      warning->predicted_lead_t_s;
         }
         if (row->mats > warning->longest_mats) {
@@ -109,7 +111,7 @@ static void find_warning(const struct measured *measured, struct zones *zones)
 #define PAUSE_MAX_BLOCKS 100
 
 /* Summarizes the zone messages `row`, which must be sorted by time. */
-static struct zones_completeness compute_completeness(const struct measured *measured,
+static struct zones_completeness compute_completeness(const struct measured_landing *measured,
                                                       const struct store_zone *row, size_t count)
 {
     const struct store_landing *landing = &measured->landing;
@@ -136,8 +138,8 @@ static struct zones_completeness compute_completeness(const struct measured *mea
     return received;
 }
 
-enum mr_status zones_load(struct store *store, const struct measured *measured, struct zones *zones,
-                          struct error *error)
+enum mr_status zones_load(struct store *store, const struct measured_landing *measured,
+                          struct zones *zones, struct error *error)
 {
     memset(zones, 0, sizeof *zones);
     enum mr_status status = store_zones(store, measured->landing.id, &zones->row, &zones->count,
@@ -161,37 +163,37 @@ enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_
     size_t count;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         closure->slack_in[s] = MR_NAN;
-    closure->surveyed_segments = 0;
+    closure->surveyed_segment_count = 0;
     enum mr_status status = store_segments(store, run, &rows, &count, error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         if (rows[i].segment < 0 || rows[i].segment >= (int64_t)MR_SEGMENTS ||
             isnan(rows[i].slack_in))
             continue;
         closure->slack_in[rows[i].segment] = (float)rows[i].slack_in;
-        closure->surveyed_segments++;
+        closure->surveyed_segment_count++;
     }
     free(rows);
     return status;
 }
 
 /* largest remaining slack of a segment whose joints are all closed (to 0.001 in each) */
-#define ALL_CLOSED_IN 0.009f
+#define CLOSED_JOINTS_MAX_IN 0.009f
 
 /* Returns the station at which a run of closed segments ends; `end` is the first segment that does
  * not belong to it. */
-static double find_run_end_ft(const float *slack_in, const float *remaining_in, unsigned end)
+static double find_zone_end_ft(const float *slack_in, const float *remaining_in, unsigned end)
 {
     unsigned last = end - 1;
     double open_share = 0.0;
-    if (slack_in[last] >= ZONES_CLOSED_SEGMENT_MAX_IN && remaining_in[last] > ALL_CLOSED_IN)
+    if (slack_in[last] >= ZONES_CLOSED_SEGMENT_MAX_IN && remaining_in[last] > CLOSED_JOINTS_MAX_IN)
         open_share = (double)(remaining_in[last] / slack_in[last]);
     else if (end < MR_SEGMENTS && slack_in[end] > remaining_in[end])
         open_share = (double)(remaining_in[end] / slack_in[end]) - 1.0;
     return (double)MR_SEGMENT_LENGTH_FT * (end - open_share);
 }
 
-void zones_find_closed_run(const float *slack_in, const float *remaining_in, double wheel_ft,
-                           double within_ft, struct mr_closure_zone *zone)
+void zones_find_longest_zone(const float *slack_in, const float *remaining_in, double wheel_ft,
+                             double within_ft, struct mr_closure_zone *zone)
 {
     double longest_ft = 0.0;
     *zone = (struct mr_closure_zone){0};
@@ -203,7 +205,7 @@ void zones_find_closed_run(const float *slack_in, const float *remaining_in, dou
             continue;
         double start_ft = fmax(first * (double)MR_SEGMENT_LENGTH_FT,
                                isnan(wheel_ft) ? 0.0 : wheel_ft),
-               end_ft = find_run_end_ft(slack_in, remaining_in, s);
+               end_ft = find_zone_end_ft(slack_in, remaining_in, s);
         unsigned mats = end_ft > start_ft
                           ? (unsigned)((end_ft - start_ft) / (double)MR_MAT_LENGTH_FT + 0.5)
                           : 0;
@@ -214,9 +216,9 @@ void zones_find_closed_run(const float *slack_in, const float *remaining_in, dou
     }
 }
 
-void zones_find_closed_segments(const struct measured *measured, const struct zones_slack *closure,
-                                size_t sample, double within_ft, float remaining_in[MR_SEGMENTS],
-                                struct mr_closure_zone *zone)
+void zones_find_longest_zone_at(const struct measured_landing *measured,
+                                const struct zones_slack *closure, size_t sample, double within_ft,
+                                float remaining_in[MR_SEGMENTS], struct mr_closure_zone *zone)
 {
     float station_ft[MR_TRANSDUCERS];
     float displacement_in[MR_TRANSDUCERS];
@@ -236,7 +238,8 @@ void zones_find_closed_segments(const struct measured *measured, const struct zo
         .wheel_ft = (float)measured_station_ft(measured, t_s),
     };
     mr_closure_find_zone(&input, zone, remaining_in);
-    zones_find_closed_run(closure->slack_in, remaining_in, (double)input.wheel_ft, within_ft, zone);
+    zones_find_longest_zone(closure->slack_in, remaining_in, (double)input.wheel_ft, within_ft,
+                            zone);
 }
 
 /* ---- answer ---- */
@@ -263,7 +266,7 @@ static void add_warning_reason(const struct zone_warning *w, struct answer *answ
     answer_add_value(answer, "coming_wheel", w->predicted_mats > 0 ? "with the wheel at" : NULL,
                      UNIT_STATION, w->predicted_wheel_ft, 1)
         ->digits = 9;
-    answer_add_value(answer, "coming_after", NULL, UNIT_TIME, w->predicted_wheel_after_s, 3);
+    answer_add_value(answer, "coming_after", NULL, UNIT_TIME, w->predicted_wheel_delay_s, 3);
 }
 
 static const char *get_not_reached_text(const struct zone_warning *w)
@@ -326,42 +329,42 @@ static void add_warning(const struct zone_warning *w, struct answer *answer)
 /* Writes "no warning", or the reason why a warning may have been missed. */
 static void format_no_warning(const struct zones *zones, char out[NO_WARNING_TEXT_SIZE])
 {
-    char doubt[ZONES_DOUBT_SIZE];
-    if (zones_format_missed_warning_doubt(&zones->received, (double)INFINITY, doubt))
+    char doubt[ZONES_REASON_SIZE];
+    if (zones_format_missed_warning_reason(&zones->received, (double)INFINITY, doubt))
         snprintf(out, NO_WARNING_TEXT_SIZE,
                  "no warning was received, but one may have been sent: %s", doubt);
     else
         snprintf(out, NO_WARNING_TEXT_SIZE, "no warning");
 }
 
-bool zones_format_earlier_warning_doubt(const struct zones *zones, char out[ZONES_DOUBT_SIZE])
+bool zones_format_earlier_warning_reason(const struct zones *zones, char out[ZONES_REASON_SIZE])
 {
     const struct zone_warning *w = &zones->warning;
-    return w->was_warned && zones_format_missed_warning_doubt(&zones->received, w->t_s, out);
+    return w->has_warning && zones_format_missed_warning_reason(&zones->received, w->t_s, out);
 }
 
 /* Adds whether and when the board warned, and a note if the record may lack a warning. */
-static void add_whether_warned(const struct zones *zones, struct answer *answer)
+static void add_warning_status(const struct zones *zones, struct answer *answer)
 {
     const struct zone_warning *w = &zones->warning;
-    char when[MOMENT_TEXT_SIZE], quiet[NO_WARNING_TEXT_SIZE], doubt[ZONES_DOUBT_SIZE];
+    char when[MOMENT_TEXT_SIZE], quiet[NO_WARNING_TEXT_SIZE], doubt[ZONES_REASON_SIZE];
     format_no_warning(zones, quiet);
-    if (w->was_warned)
+    if (w->has_warning)
         answer_add_text(answer, NULL, "zone", "warned %s, decided in block %lld",
                         format_moment(w->t_s, zones->received.origin, when), (long long)w->block)
             ->is_warning = true;
     else
         answer_add_text(answer, NULL, "zone", "%s", quiet)->is_warning =
-            zones_format_missed_warning_doubt(&zones->received, (double)INFINITY, doubt);
-    if (zones_format_earlier_warning_doubt(zones, doubt))
+            zones_format_missed_warning_reason(&zones->received, (double)INFINITY, doubt);
+    if (zones_format_earlier_warning_reason(zones, doubt))
         answer_add_text(answer, NULL, "zone", "an earlier warning may have been missed: %s", doubt)
             ->is_warning = true;
 }
 
-void zones_add_whether_warned(const struct zones *zones, bool watched, struct answer *answer)
+void zones_add_warning_status(const struct zones *zones, bool watched, struct answer *answer)
 {
     if (watched)
-        add_whether_warned(zones, answer);
+        add_warning_status(zones, answer);
     else
         answer_add_text(answer, NULL, "zone",
                         "no board was recording: the readings are from another instrument");
@@ -371,55 +374,55 @@ void zones_to_answer(const struct zones *zones, bool watched, struct answer *ans
 {
     const struct zone_warning *w = &zones->warning;
     const struct zones_completeness *received = &zones->received;
-    char doubt[ZONES_DOUBT_SIZE];
-    zones_add_whether_warned(zones, watched, answer);
-    bool first = !zones_format_earlier_warning_doubt(zones, doubt);
+    char doubt[ZONES_REASON_SIZE];
+    zones_add_warning_status(zones, watched, answer);
+    bool first = !zones_format_earlier_warning_reason(zones, doubt);
     answer_open_group(answer, "zone",
-                      !w->was_warned ? NULL
+                      !w->has_warning ? NULL
                       : first ? "first warning as the board reported it (+- is one standard error)"
                               : "first warning that was received (+- is one standard error)");
-    answer_add_flag(answer, "warned", NULL, w->was_warned);
+    answer_add_flag(answer, "warned", NULL, w->has_warning);
     answer_add_flag(answer, "all_heard", NULL,
                     watched &&
-                        !zones_format_missed_warning_doubt(received, (double)INFINITY, doubt));
+                        !zones_format_missed_warning_reason(received, (double)INFINITY, doubt));
     answer_add_value(answer, "unheard_from", NULL, UNIT_TIME, received->pause_from_s, 3)->digits =
         9;
     answer_add_value(answer, "unheard_to", NULL, UNIT_TIME, received->pause_to_s, 3)->digits = 9;
-    if (w->was_warned)
+    if (w->has_warning)
         add_warning(w, answer);
     answer_close_group(answer);
 }
 
-static void append_doubt(char out[ZONES_DOUBT_SIZE], const char *text)
+static void append_reason(char out[ZONES_REASON_SIZE], const char *text)
 {
     size_t used = strlen(out);
-    snprintf(out + used, ZONES_DOUBT_SIZE - used, "%s%s", used ? "; " : "", text);
+    snprintf(out + used, ZONES_REASON_SIZE - used, "%s%s", used ? "; " : "", text);
 }
 
-bool zones_format_missed_warning_doubt(const struct zones_completeness *received, double before_s,
-                                       char out[ZONES_DOUBT_SIZE])
+bool zones_format_missed_warning_reason(const struct zones_completeness *received, double before_s,
+                                        char out[ZONES_REASON_SIZE])
 {
     char text[160], when[MOMENT_TEXT_SIZE];
     out[0] = '\0';
     if (!received->has_messages) {
-        append_doubt(out, "the record has no zone messages from the board");
+        append_reason(out, "the record has no zone messages from the board");
         return true;
     }
     if (received->begins_late) {
         snprintf(text, sizeof text, "no zone messages until %s",
                  format_moment(received->first_s, received->origin, when));
-        append_doubt(out, text);
+        append_reason(out, text);
     }
     if (received->pause_from_s < before_s) {
         snprintf(text, sizeof text, "no zone messages from %.3f to %.3f s after %s",
                  received->pause_from_s, received->pause_to_s, received->origin);
-        append_doubt(out, text);
+        append_reason(out, text);
     }
     if (!received->has_end && isinf(before_s)) {
         snprintf(text, sizeof text,
                  "the record ends %s, before the board reported the end of the landing",
                  format_moment(received->last_s, received->origin, when));
-        append_doubt(out, text);
+        append_reason(out, text);
     }
     return out[0] != '\0';
 }
@@ -457,7 +460,7 @@ static void update_conditions(struct predictor_inputs *inputs, const struct stor
 }
 
 static void update_excluded_transducers(struct predictor_inputs *inputs,
-                                        const struct measured *measured,
+                                        const struct measured_landing *measured,
                                         const struct store_trust *row)
 {
     double t_s = measured_block_time_s(measured, row->block);
@@ -473,7 +476,7 @@ static void update_excluded_transducers(struct predictor_inputs *inputs,
         inputs->resistance_ratio = row->resistance;
 }
 
-static enum mr_status load_max_risk(struct store *store, const struct measured *measured,
+static enum mr_status load_max_risk(struct store *store, const struct measured_landing *measured,
                                     struct predictor_inputs *inputs, struct error *error)
 {
     struct store_risk *rows = NULL;
@@ -496,7 +499,7 @@ static enum mr_status load_max_risk(struct store *store, const struct measured *
     return status;
 }
 
-enum mr_status predictor_inputs_load(struct store *store, const struct measured *measured,
+enum mr_status predictor_inputs_load(struct store *store, const struct measured_landing *measured,
                                      struct predictor_inputs *inputs, struct error *error)
 {
     struct store_prediction *rows = NULL;
@@ -581,7 +584,7 @@ static void add_condition(const struct predictor_inputs *inputs, enum predictor_
 }
 
 static void add_excluded_transducers(const struct predictor_inputs *inputs,
-                                     const struct measured *measured, unsigned i,
+                                     const struct measured_landing *measured, unsigned i,
                                      struct answer *answer)
 {
     const struct unit *station = unit_get(UNIT_STATION, answer_is_si(answer));
@@ -622,7 +625,7 @@ static void add_risk(const struct predictor_inputs *inputs, struct answer *answe
 }
 
 void predictor_inputs_to_answer(const struct predictor_inputs *inputs,
-                                const struct measured *measured, struct answer *answer)
+                                const struct measured_landing *measured, struct answer *answer)
 {
     answer_open_list(answer, "predictor", "");
     if (inputs->message_count)

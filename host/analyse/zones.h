@@ -22,14 +22,14 @@ struct zones_completeness {
     const char *origin;              /* origin of t_s as text */
 };
 
-#define ZONES_DOUBT_SIZE 300
+#define ZONES_REASON_SIZE 300
 /* Writes the reason why a warning before `before_s` may have been missed (INFINITY: any warning).
  * Returns false if there is no such reason. */
-bool zones_format_missed_warning_doubt(const struct zones_completeness *received, double before_s,
-                                       char out[ZONES_DOUBT_SIZE]);
+bool zones_format_missed_warning_reason(const struct zones_completeness *received, double before_s,
+                                        char out[ZONES_REASON_SIZE]);
 
 struct zone_warning {
-    bool was_warned;
+    bool has_warning;
     /* The next fields describe the first warning. Its time, by the board's clock, is the start of
      * the block that led to it, which is also the time stamp of the frame. The board switches on
      * the lamp and sends the frame when the block is complete, 1 ms later. summary.h has the time
@@ -50,7 +50,7 @@ struct zone_warning {
     /* station of the wheel at which the predictor expects that zone */
     double predicted_wheel_ft;
     /* time from the warning until the wheel reached predicted_wheel_ft; NaN: it stopped before */
-    double predicted_wheel_after_s;
+    double predicted_wheel_delay_s;
     /* Zone of the warning: the longest run of closed mats reported during the warning. */
     int64_t longest_mats;
     double longest_start_ft, longest_end_ft;
@@ -71,23 +71,23 @@ struct zones {
     struct zones_completeness received;
 };
 
-enum mr_status zones_load(struct store *store, const struct measured *measured, struct zones *zones,
-                          struct error *error);
+enum mr_status zones_load(struct store *store, const struct measured_landing *measured,
+                          struct zones *zones, struct error *error);
 void zones_free(struct zones *zones);
 /* Adds the first warning. `watched`: a board was connected that could have
  * warned. */
 void zones_to_answer(const struct zones *zones, bool watched, struct answer *answer);
 /* Adds whether and when the board warned, only as text. */
-void zones_add_whether_warned(const struct zones *zones, bool watched, struct answer *answer);
+void zones_add_warning_status(const struct zones *zones, bool watched, struct answer *answer);
 /* Writes the reason why a warning before the first recorded one may have been missed. Returns false
  * if there is no reason, or no warning. */
-bool zones_format_earlier_warning_doubt(const struct zones *zones, char out[ZONES_DOUBT_SIZE]);
-double zones_time_s(const struct measured *measured, const struct store_zone *zone);
+bool zones_format_earlier_warning_reason(const struct zones *zones, char out[ZONES_REASON_SIZE]);
+double zones_time_s(const struct measured_landing *measured, const struct store_zone *zone);
 
 /* Slack of each segment according to the survey, inches; NaN: not surveyed. */
 struct zones_slack {
     float slack_in[MR_SEGMENTS];
-    size_t surveyed_segments; /* number of segments with a slack */
+    size_t surveyed_segment_count; /* number of segments with a slack */
 };
 enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_slack *closure,
                                  struct error *error);
@@ -108,13 +108,13 @@ enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_
  * movement closes joints from the upfield end, so the fraction of its joints that are closed equals
  * the fraction of its slack that is used up. `slack_in` is the slack before the movement, and
  * `remaining_in` the slack that is left (MR_SEGMENTS values each; NaN: not known). */
-void zones_find_closed_run(const float *slack_in, const float *remaining_in, double wheel_ft,
-                           double within_ft, struct mr_closure_zone *zone);
+void zones_find_longest_zone(const float *slack_in, const float *remaining_in, double wheel_ft,
+                             double within_ft, struct mr_closure_zone *zone);
 /* Computes the remaining slack of each segment and the longest run of closed segments at a sample
  * of the landing. */
-void zones_find_closed_segments(const struct measured *measured, const struct zones_slack *closure,
-                                size_t sample, double within_ft, float remaining_in[MR_SEGMENTS],
-                                struct mr_closure_zone *zone);
+void zones_find_longest_zone_at(const struct measured_landing *measured,
+                                const struct zones_slack *closure, size_t sample, double within_ft,
+                                float remaining_in[MR_SEGMENTS], struct mr_closure_zone *zone);
 
 /* Inputs of the board's predictor in a landing: the runway with which it began, and inputs that
  * were missing. */
@@ -153,10 +153,10 @@ struct predictor_inputs {
     bool is_chart_outdated;
 };
 
-enum mr_status predictor_inputs_load(struct store *store, const struct measured *measured,
+enum mr_status predictor_inputs_load(struct store *store, const struct measured_landing *measured,
                                      struct predictor_inputs *inputs, struct error *error);
 /* Adds one line per fact of `predictor_inputs`. */
 void predictor_inputs_to_answer(const struct predictor_inputs *inputs,
-                                const struct measured *measured, struct answer *answer);
+                                const struct measured_landing *measured, struct answer *answer);
 
 #endif

@@ -132,12 +132,12 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
 static bool has_received_hellos(const void *context)
 {
     const struct health_client *client = context;
-    return client->hello_count >= client->hellos_wanted;
+    return client->hello_count >= client->required_hello_count;
 }
 
 static void wait_for_hello(struct health_client *client, unsigned hellos)
 {
-    client->hellos_wanted = hellos;
+    client->required_hello_count = hellos;
     if (dialogue_wait_until(client->dialogue, has_received_hellos, client, ANSWER_TIMEOUT_S,
                             fatal) == MR_TIMEOUT)
         dialogue_set_no_hello_error(client->dialogue, fatal);

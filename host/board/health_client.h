@@ -35,7 +35,8 @@ void crash_format_summary(const struct crash_report *report, char *out, size_t s
  * messages about health. */
 struct health_client {
     struct dialogue *dialogue;
-    unsigned hello_count, hellos_wanted; /* number of hellos received, and number to wait for */
+    unsigned hello_count,
+        required_hello_count; /* number of hellos received, and number to wait for */
     bool self_test_done, crash_reported;
     bool restarts_known, upkeep_known, alarm_known, drops_known, health_known;
     struct mr_hello hello; /* newest hello */

@@ -33,7 +33,7 @@
 /* limit of the sum of the errors of the board's crystal and this computer's clock */
 #define READY_CLOCK_ERROR_MAX_PPM       200.0
 /* size assumed for a campaign without landings: 10 s of both links */
-#define READY_LANDING_BYTES             4.0e6
+#define READY_DEFAULT_LANDING_BYTES     4.0e6
 /* number of landings for which there must be room on the disk */
 #define READY_FREE_LANDINGS_MIN         10.0
 /* number of block records that are awaited for the check of a channel */

@@ -252,9 +252,9 @@ static enum mr_status enter_landing(struct collector *collector, struct link_sta
     return MR_OK;
 }
 
-static enum mr_status follow_landing(struct collector *collector, struct link_state *side,
-                                     const struct mr_landing *landing, uint64_t host_us,
-                                     struct error *error)
+static enum mr_status update_current_landing(struct collector *collector, struct link_state *side,
+                                             const struct mr_landing *landing, uint64_t host_us,
+                                             struct error *error)
 {
     enum mr_status status = MR_OK;
     bool going_on = landing->state >= MR_LANDING_ARMED && landing->state <= MR_LANDING_SETTLING;
@@ -289,5 +289,5 @@ enum mr_status collect_handle_landing(struct collector *collector, struct link_s
     if (!*believed)
         return MR_OK;
     side->state_block = landing->block;
-    return follow_landing(collector, side, landing, host_us, error);
+    return update_current_landing(collector, side, landing, host_us, error);
 }

@@ -91,8 +91,8 @@ static unsigned count_landings(struct store *store, const struct advise *advise)
 
 /* Begins to load the advice into the board. Called before the advice is computed, because the
  * computation is useless if the board has a different runway. */
-static void begin_advice_load(const struct request *r, struct store *store,
-                              const struct advise *advise, struct runway_client *talk)
+static void open_runway_client(const struct request *r, struct store *store,
+                               const struct advise *advise, struct runway_client *talk)
 {
     runway_client_begin(talk, dialogue_open_for_command(NULL, r->serial), fatal);
     runway_client_read(talk, fatal);
@@ -198,7 +198,7 @@ static int run_advise(struct request *r, const struct cli *cli)
         counts[i] = predict_relation(r, store, &advise.history.inspections, &relations[i], given[i],
                                      &predicted[i]);
     if (r->load)
-        begin_advice_load(r, store, &advise, &talk);
+        open_runway_client(r, store, &advise, &talk);
     progress_begin(&progress, "advise", "fewer --members", cli->quiet);
     advise_compute(&advise, cli->si, &progress, &error);
     progress_end(&progress);

@@ -30,7 +30,7 @@ struct band_design {
     double spring_stiffness_lb_ft;
     /* a': position along the band at which R acts, as a fraction of its length */
     double force_position;
-    double given_t0_lb; /* initial tension T0; 0: the middle of the limits C.8 and C.9 */
+    double specified_t0_lb; /* initial tension T0; 0: the middle of the limits C.8 and C.9 */
     /* the next fields are computed by design_bands */
     double band_load_lb;           /* load R on a band, C.1 */
     double strength_lb;            /* force at which a band yields, A fy */
@@ -107,7 +107,7 @@ static enum mr_status design_bands(struct band_design *d, struct error *error)
                                              : d->max_friction_lb;
     d->t0_min_lb = held_lb + 0.5 * d->band_load_lb;
     d->t0_max_lb = d->strength_lb - 0.5 * d->band_load_lb;
-    d->t0_lb = d->given_t0_lb > 0.0 ? d->given_t0_lb : 0.5 * (d->t0_min_lb + d->t0_max_lb);
+    d->t0_lb = d->specified_t0_lb > 0.0 ? d->specified_t0_lb : 0.5 * (d->t0_min_lb + d->t0_max_lb);
     d->spacing_ft = d->gear_width_ft > 0.0 ? d->gear_width_ft / d->band_count : 0.0;
     double length_ft = d->band_length_ft > 0.0 ? d->band_length_ft : d->max_band_length_ft;
     double band_lb_ft = d->area_ft2 * d->modulus_lb_ft2 / length_ft;
@@ -132,8 +132,9 @@ struct request {
 
 struct design_input {
     const char *name;
-    const char *field_unit, *bare_unit; /* unit of the field, and unit of an input without a unit */
-    double low, high;                   /* smallest and largest value, in `bare_unit` */
+    const char *field_unit,
+        *default_unit; /* unit of the field, and unit of an input without a unit */
+    double low, high;  /* smallest and largest value, in `default_unit` */
     size_t offset;
 };
 
@@ -157,7 +158,7 @@ static const struct design_input inputs[] = {
     {"length", "ft", "ft", 0, 1e6, DESIGN_OFFSET(band_length_ft)},
     {"spring", "lb/ft", "lb/ft", 1e-6, 1e12, DESIGN_OFFSET(spring_stiffness_lb_ft)},
     {"at", "", "", 0, 1, DESIGN_OFFSET(force_position)},
-    {"tension", "lb", "lb", 0, 1e9, DESIGN_OFFSET(given_t0_lb)},
+    {"tension", "lb", "lb", 0, 1e9, DESIGN_OFFSET(specified_t0_lb)},
 };
 
 static const struct design_input *find_input(const char *word, const char **value)
@@ -177,15 +178,15 @@ static const struct design_input *find_input(const char *word, const char **valu
     return NULL;
 }
 
-/* Reads "480kip", "0.5 g", "6in" or "4". A number without a unit is in `input->bare_unit`. */
+/* Reads "480kip", "0.5 g", "6in" or "4". A number without a unit is in `input->default_unit`. */
 static double read_value(const struct design_input *input, const char *text)
 {
     double value = 0.0;
-    quantity_read(text, input->name, input->field_unit, input->bare_unit, &value, fatal);
-    if (!(value >= quantity_convert(input->low, input->bare_unit, input->field_unit) &&
-          value <= quantity_convert(input->high, input->bare_unit, input->field_unit)))
+    quantity_read(text, input->name, input->field_unit, input->default_unit, &value, fatal);
+    if (!(value >= quantity_convert(input->low, input->default_unit, input->field_unit) &&
+          value <= quantity_convert(input->high, input->default_unit, input->field_unit)))
         error_set(fatal, MR_USAGE, "value out of range: %s is %s; give %g to %g %s", input->name,
-                  text, input->low, input->high, input->bare_unit);
+                  text, input->low, input->high, input->default_unit);
     return value;
 }
 

@@ -33,7 +33,7 @@
 #define BOX_READ_ROUNDS_MAX 6 /* how many times missing pages are requested */
 #define BOX_PAGE_BITS       15u
 /* the board sends its identity and the state of its key once a second */
-#define IDENTITY_WAIT_S     1.2
+#define IDENTITY_TIMEOUT_S  1.2
 /* Erasing the memory twice takes 0.8 s, or 6 s if it fails three times. */
 #define KEY_TIMEOUT_S       20.0
 #define HMIL_PER_IN         100000.0
@@ -175,7 +175,7 @@ static void send_box_command(struct box_client *client, uint8_t code, int32_t ar
 }
 
 /* Requests state, free space and the list of records. A timeout or a refusal ends the program. */
-static void box_client_list(struct box_client *client)
+static void box_client_list_records(struct box_client *client)
 {
     client->count = 0;
     client->is_list_complete = false;
@@ -196,8 +196,9 @@ static size_t find_first_missing_page(const struct box_client *client)
 
 /* Reads the pages of a listed record, except those marked in `is_page_present`. Pages that cannot
  * be read stay unmarked. Both arrays have room for record.pages. */
-static void box_client_read(struct box_client *client, const struct box_client_record *record,
-                            uint8_t (*pages)[MR_BOXPAGE_BYTES], uint8_t *present)
+static void box_client_read_record(struct box_client *client,
+                                   const struct box_client_record *record,
+                                   uint8_t (*pages)[MR_BOXPAGE_BYTES], uint8_t *present)
 {
     client->record_number = record->record.record;
     client->pages = pages;
@@ -321,7 +322,7 @@ static int read_record(const struct request *request, struct box_client *client)
     size_t count = r->record.pages, absent = 0;
     uint8_t(*pages)[MR_BOXPAGE_BYTES] = xcalloc(count + 1, MR_BOXPAGE_BYTES);
     uint8_t *present = xcalloc(count + 1, 1);
-    box_client_read(client, r, pages, present);
+    box_client_read_record(client, r, pages, present);
     for (size_t i = 0; i < count; i++)
         absent += !present[i];
     struct store *store = program_open_or_create_campaign(request->cli, request->db);
@@ -346,7 +347,7 @@ static int run_box(const struct request *request, struct dialogue *dialogue)
                  ? cli_print_json(json_pack("{si}", "freed", (int)request->number), 0)
                  : 0;
     }
-    box_client_list(&client);
+    box_client_list_records(&client);
     return strcmp(subcommand, "read") == 0 ? read_record(request, &client)
                                            : list_records(request, &client);
 }
@@ -407,7 +408,7 @@ static int report_identity(const struct request *request, struct dialogue *dialo
         dialogue_set_no_hello_error(dialogue, fatal);
     struct error late = {0}; /* ignore an error: older firmware does not send the board type */
     (void)dialogue_wait_until(dialogue, dialogue_is_flag_set, &dialogue->identity.key_known,
-                              IDENTITY_WAIT_S, &late);
+                              IDENTITY_TIMEOUT_S, &late);
     int exit_code = print_identity(request, &dialogue->identity, request->image ? &image : NULL);
     if (request->image)
         imagefile_free(&image);

@@ -103,7 +103,7 @@ static int show_fit(const struct request *r, const struct calibrate_points *poin
 /* Writes the reasons given by the user as comments at the start of the configuration file. Copies
  * the reasons of other channels too, because the file is the start of the calibration of the next
  * channel. */
-static void write_reasons(const struct request *r, FILE *out)
+static void write_accepted_deviations(const struct request *r, FILE *out)
 {
     FILE *file = r->config ? fopen(r->config, "r") : NULL;
     char *line = NULL;
@@ -126,7 +126,7 @@ static void write_config(const struct request *r, const struct mr_config *config
     char *text = config_text_write(config), *all;
     size_t length;
     FILE *out = xopen_memstream(&all, &length);
-    write_reasons(r, out);
+    write_accepted_deviations(r, out);
     fputs(text, out);
     fclose(out);
     output_write_bytes(r->output, all, length, fatal);
@@ -141,8 +141,8 @@ static const char *get_source_name(const struct request *r)
 
 /* Refuses a code outside the range of the channel, which means that the columns are swapped or the
  * numbers are not codes. */
-static void check_codes(const struct request *r, const struct calibrate_points *points,
-                        const struct mr_channel_config *channel)
+static void check_point_codes(const struct request *r, const struct calibrate_points *points,
+                              const struct mr_channel_config *channel)
 {
     const struct mr_gain_limits limits = mr_gain_limits(channel);
     for (size_t i = 0; i < points->count; i++) {
@@ -372,7 +372,7 @@ static int run_calibration(struct request *r)
     if (!mr_channel_is_sensor(channel))
         error_set(fatal, MR_USAGE, "%s is not fitted: %s; set its kind first", r->channel_text,
                   r->config);
-    check_codes(r, &points, channel);
+    check_point_codes(r, &points, channel);
     calibrate_fit(points.point, points.count, r->known_error, r->table, channel, &fit, fatal);
     time_t today = time(NULL) / S_PER_DAY;
     channel->calibrated_day = (uint32_t)today;

@@ -37,7 +37,7 @@ static const char *config_copy_text(unsigned copy)
 
 /* Prints a note if a copy of the configuration in flash is damaged. An empty copy is not
  * damaged. */
-static void note_damaged_copy(const struct cli *cli, const struct mr_config_state *state)
+static void warn_damaged_copy(const struct cli *cli, const struct mr_config_state *state)
 {
     if (state->copy_a != 0 && state->copy_a != 255)
         cli_note(cli, "copy A of the configuration in the board's flash is damaged: %s",
@@ -48,7 +48,7 @@ static void note_damaged_copy(const struct cli *cli, const struct mr_config_stat
 }
 
 /* Prints a note if the board's configuration is invalid. Older firmware may have accepted it. */
-static void note_invalid_config(const struct cli *cli, const struct mr_config *config)
+static void warn_invalid_config(const struct cli *cli, const struct mr_config *config)
 {
     struct mr_config_violation reason;
     char why[500];
@@ -80,8 +80,8 @@ static int run_get(const struct request *request)
     char *text = config_text_write(&session.config);
     if (request->output)
         output_write_bytes(request->output, text, strlen(text), fatal);
-    note_damaged_copy(request->cli, state);
-    note_invalid_config(request->cli, &session.config);
+    warn_damaged_copy(request->cli, state);
+    warn_invalid_config(request->cli, &session.config);
     if (request->cli->json)
         exit_code = cli_print_json(json_pack("{sIsIssssssss}", "revision",
                                              (json_int_t)session.config.site[0].revision, "crc",
@@ -154,7 +154,7 @@ static void check_gain_changes(const struct request *request, const struct mr_co
 /* ---- another base on CAN ---- */
 
 /* True if a board sends a hello with this CAN base. */
-static bool board_responds_at(struct link *link, uint16_t base)
+static bool is_board_at_base(struct link *link, uint16_t base)
 {
     const double until_s = monotonic_s() + BASE_SEARCH_S;
     struct link_frame frame;
@@ -186,7 +186,7 @@ static void find_board_base(const struct request *request, struct session *sessi
     struct link *link = own ? own : dialogue_link(session->dialogue);
     uint16_t before = link_base(link);
     link_set_base(link, base);
-    bool taken = board_responds_at(link, base);
+    bool taken = is_board_at_base(link, base);
     link_set_base(link, before);
     link_close(own);
     if (taken)

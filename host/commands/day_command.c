@@ -41,7 +41,7 @@ enum day_step {
 
 enum day_state { DAY_DONE, DAY_NEXT, DAY_LATER, DAY_SKIPPED, DAY_NOT_NEEDED };
 
-struct day_facts {
+struct day_status {
     int64_t now_us;
     char serial[200], can[200]; /* links to the board; "": not known; "none": no CAN */
     char series[80];            /* name of the newest series; "": none */
@@ -52,16 +52,16 @@ struct day_facts {
     int64_t landings_today; /* landings armed since midnight, local time */
     /* the newest survey; 0: none. survey_ended_us: STORE_NONE while it is not finished */
     int64_t survey, survey_us, survey_ended_us;
-    size_t survey_read, survey_items;
+    size_t survey_read_count, survey_item_count;
     char edges[16];
-    int64_t loaded_us; /* time at which the survey was loaded into a board; 0: never */
+    int64_t runway_loaded_us; /* time at which the survey was loaded into a board; 0: never */
     /* time of the newest advice since the newest landing; 0: none */
-    int64_t advised_us;
+    int64_t advice_made_us;
     char advice[8];
     /* time of the newest check by `matrig ready` in the last 12 h; 0: none */
-    int64_t ready_us;
+    int64_t checks_made_us;
     bool is_go, calibration_due;
-    char no_go[200]; /* first reason for a NO-GO; an overdue calibration has priority */
+    char failed_checks[200]; /* first reason for a NO-GO; an overdue calibration has priority */
     /* matrig log has been running since logging_since_us */
     bool is_logging;
     int64_t logging_since_us;
@@ -90,7 +90,7 @@ static int64_t local_midnight_us(int64_t now_us)
 }
 
 /* Reads the links that the newest log of the campaign used. */
-static void read_links(struct store *store, struct day_facts *f)
+static void read_links(struct store *store, struct day_status *f)
 {
     struct store_session_row row = {0};
     int64_t session = 0;
@@ -106,7 +106,7 @@ static void read_links(struct store *store, struct day_facts *f)
     }
 }
 
-static void read_landings(struct store *store, struct day_facts *f)
+static void read_landings(struct store *store, struct day_status *f)
 {
     struct store_landing landing;
     char note[STORE_JOURNAL_TEXT_SIZE];
@@ -121,7 +121,7 @@ static void read_landings(struct store *store, struct day_facts *f)
     f->has_notes = note[0] != '\0';
 }
 
-static void read_series(struct store *store, struct day_facts *f)
+static void read_series(struct store *store, struct day_status *f)
 {
     struct store_series *rows = NULL;
     size_t count = 0;
@@ -131,7 +131,7 @@ static void read_series(struct store *store, struct day_facts *f)
     free(rows);
 }
 
-static void read_survey(struct store *store, struct day_facts *f)
+static void read_survey(struct store *store, struct day_status *f)
 {
     struct store_gage_survey *rows = NULL;
     size_t count = 0;
@@ -144,15 +144,15 @@ static void read_survey(struct store *store, struct day_facts *f)
         f->survey_us = row->made_us;
         memcpy(f->edges, row->edges, sizeof f->edges);
         survey_load(store, row->id, survey, fatal);
-        f->survey_read = survey_progress_count_read(&survey->progress);
-        f->survey_items = survey->progress.plan.count;
-        store_gage_loaded(store, row->id, &f->loaded_us, fatal);
+        f->survey_read_count = survey_progress_count_read(&survey->progress);
+        f->survey_item_count = survey->progress.plan.count;
+        store_gage_loaded(store, row->id, &f->runway_loaded_us, fatal);
         free(survey);
     }
     free(rows);
 }
 
-static void read_advice(struct store *store, struct day_facts *f)
+static void read_advice(struct store *store, struct day_status *f)
 {
     struct store_advice *rows = NULL;
     size_t count = 0;
@@ -160,14 +160,14 @@ static void read_advice(struct store *store, struct day_facts *f)
     for (size_t i = 0; i < count; i++) {
         if (rows[i].made_us < f->armed_us)
             continue;
-        f->advised_us = rows[i].made_us;
+        f->advice_made_us = rows[i].made_us;
         memcpy(f->advice, rows[i].verdict, sizeof f->advice);
     }
     free(rows);
 }
 
 /* Finds the first NO-GO (an overdue calibration has priority) and any overdue calibration. */
-static void read_checks(const char *checks, struct day_facts *f)
+static void read_checks(const char *checks, struct day_status *f)
 {
     json_t *object = json_loads(checks, 0, NULL), *check;
     size_t i;
@@ -179,14 +179,15 @@ static void read_checks(const char *checks, struct day_facts *f)
         if (!name || !state || strcmp(state, "NO-GO") != 0)
             continue;
         bool due = strcmp(name, "calibration") == 0;
-        if (!f->no_go[0] || (due && !f->calibration_due))
-            snprintf(f->no_go, sizeof f->no_go, "%.40s: %.140s", name, value ? value : "");
+        if (!f->failed_checks[0] || (due && !f->calibration_due))
+            snprintf(f->failed_checks, sizeof f->failed_checks, "%.40s: %.140s", name,
+                     value ? value : "");
         f->calibration_due |= due;
     }
     json_decref(object);
 }
 
-static void read_ready(struct store *store, struct day_facts *f)
+static void read_ready(struct store *store, struct day_status *f)
 {
     char uid[25];
     struct store_readiness row = {0};
@@ -196,7 +197,7 @@ static void read_ready(struct store *store, struct day_facts *f)
         store_readiness_get(store, uid, "ready", f->now_us, true, &row, &found, fatal);
     if (!found)
         return;
-    f->ready_us = row.made_us;
+    f->checks_made_us = row.made_us;
     f->is_go = strcmp(row.verdict, "go") == 0;
     if (!f->is_go)
         read_checks(row.checks, f);
@@ -205,10 +206,10 @@ static void read_ready(struct store *store, struct day_facts *f)
 
 /* Reads all facts from the campaign again, except the links. The time of calibration and the
  * skipped steps are kept until there is a new landing. */
-static void day_facts_read(struct store *store, int64_t now_us, struct day_facts *f)
+static void day_status_read(struct store *store, int64_t now_us, struct day_status *f)
 {
-    const struct day_facts was = *f;
-    *f = (struct day_facts){.now_us = now_us};
+    const struct day_status was = *f;
+    *f = (struct day_status){.now_us = now_us};
     memcpy(f->serial, was.serial, sizeof f->serial);
     memcpy(f->can, was.can, sizeof f->can);
     /* Read the lock before the other facts: a log that begins after this is then found by the next
@@ -268,13 +269,13 @@ static const char *format_clock(int64_t us, char out[9])
     return out;
 }
 
-static bool is_landing_in_progress(const struct day_facts *f)
+static bool is_landing_in_progress(const struct day_status *f)
 {
     return f->run && (f->state == MR_LANDING_ARMED || f->state == MR_LANDING_LANDING ||
                       f->state == MR_LANDING_SETTLING);
 }
 
-static enum day_state look_step_state(const struct day_facts *f, char reason[240])
+static enum day_state look_step_state(const struct day_status *f, char reason[240])
 {
     if (!f->run)
         return set_reason(reason, DAY_NOT_NEEDED, "no landing yet");
@@ -291,32 +292,32 @@ static enum day_state look_step_state(const struct day_facts *f, char reason[240
     return set_reason(reason, DAY_NEXT, "RUN %lld has no note", (long long)f->run);
 }
 
-static enum day_state series_step_state(const struct day_facts *f, char reason[240])
+static enum day_state series_step_state(const struct day_status *f, char reason[240])
 {
     return f->series[0] ? set_reason(reason, DAY_DONE, "%.80s", f->series)
                         : set_reason(reason, DAY_NEXT, "the campaign has no series");
 }
 
-static enum day_state calibrate_step_state(const struct day_facts *f, char reason[240])
+static enum day_state calibrate_step_state(const struct day_status *f, char reason[240])
 {
-    if (f->calibration_due && f->calibrated_us < f->ready_us)
-        return set_reason(reason, DAY_NEXT, "%.200s", f->no_go);
+    if (f->calibration_due && f->calibrated_us < f->checks_made_us)
+        return set_reason(reason, DAY_NEXT, "%.200s", f->failed_checks);
     return f->calibrated_us
              ? set_reason(reason, DAY_DONE, "calibrated since the last check")
              : set_reason(reason, DAY_NOT_NEEDED, "matrig ready reports when a calibration is due");
 }
 
-static bool is_surveyed(const struct day_facts *f)
+static bool is_surveyed(const struct day_status *f)
 {
     return f->survey && f->survey_ended_us != STORE_NONE && f->survey_us >= f->armed_us;
 }
 
-static enum day_state survey_step_state(const struct day_facts *f, char reason[240])
+static enum day_state survey_step_state(const struct day_status *f, char reason[240])
 {
     char at[9];
     if (f->survey && f->survey_ended_us == STORE_NONE)
         return set_reason(reason, DAY_NEXT, "survey %lld is not finished: %zu of %zu points read",
-                          (long long)f->survey, f->survey_read, f->survey_items);
+                          (long long)f->survey, f->survey_read_count, f->survey_item_count);
     if (is_surveyed(f))
         return set_reason(reason, DAY_DONE, "survey %lld, ended %s", (long long)f->survey,
                           format_clock(f->survey_ended_us, at));
@@ -325,44 +326,44 @@ static enum day_state survey_step_state(const struct day_facts *f, char reason[2
                   : set_reason(reason, DAY_NEXT, "the mat has not been surveyed yet");
 }
 
-static enum day_state load_step_state(const struct day_facts *f, char reason[240])
+static enum day_state load_step_state(const struct day_status *f, char reason[240])
 {
     char at[9];
     if (!is_surveyed(f) && f->is_skipped[DAY_SURVEY])
         return set_reason(reason, DAY_NOT_NEEDED, "no survey to load");
-    if (is_surveyed(f) && f->loaded_us)
+    if (is_surveyed(f) && f->runway_loaded_us)
         return set_reason(reason, DAY_DONE, "the board has survey %lld, since %s",
-                          (long long)f->survey, format_clock(f->loaded_us, at));
+                          (long long)f->survey, format_clock(f->runway_loaded_us, at));
     return set_reason(reason, DAY_NEXT, "the survey is not loaded into the board");
 }
 
-static enum day_state advise_step_state(const struct day_facts *f, char reason[240])
+static enum day_state advise_step_state(const struct day_status *f, char reason[240])
 {
     if (!f->run)
         return set_reason(reason, DAY_NOT_NEEDED, "advise needs a landing, and there is none yet");
-    if (f->advised_us && (!is_surveyed(f) || f->advised_us > f->survey_ended_us))
+    if (f->advice_made_us && (!is_surveyed(f) || f->advice_made_us > f->survey_ended_us))
         return set_reason(reason, DAY_DONE, "%s", f->advice);
     return set_reason(reason, DAY_NEXT, "no advice on how hard to brake yet");
 }
 
-static enum day_state ready_step_state(const struct day_facts *f, char reason[240])
+static enum day_state ready_step_state(const struct day_status *f, char reason[240])
 {
     char at[9];
-    bool old = f->ready_us < f->armed_us || f->ready_us < f->calibrated_us ||
-               (is_surveyed(f) && f->ready_us < f->loaded_us);
-    if (!f->ready_us)
+    bool old = f->checks_made_us < f->armed_us || f->checks_made_us < f->calibrated_us ||
+               (is_surveyed(f) && f->checks_made_us < f->runway_loaded_us);
+    if (!f->checks_made_us)
         return set_reason(reason, DAY_NEXT, "board and sensors have not been checked yet");
-    format_clock(f->ready_us, at);
+    format_clock(f->checks_made_us, at);
     if (old)
         return set_reason(reason, DAY_NEXT, "the last check, at %s, predates %s", at,
-                          f->ready_us < f->armed_us        ? "the last landing"
-                          : f->ready_us < f->calibrated_us ? "the calibration"
-                                                           : "the loaded survey");
+                          f->checks_made_us < f->armed_us        ? "the last landing"
+                          : f->checks_made_us < f->calibrated_us ? "the calibration"
+                                                                 : "the loaded survey");
     return f->is_go ? set_reason(reason, DAY_DONE, "go, at %s", at)
-                    : set_reason(reason, DAY_NEXT, "no-go at %s: %.180s", at, f->no_go);
+                    : set_reason(reason, DAY_NEXT, "no-go at %s: %.180s", at, f->failed_checks);
 }
 
-static enum day_state land_step_state(const struct day_facts *f, char reason[240])
+static enum day_state land_step_state(const struct day_status *f, char reason[240])
 {
     long long run = (long long)f->run;
     if (!f->is_logging)
@@ -377,9 +378,9 @@ static enum day_state land_step_state(const struct day_facts *f, char reason[240
                       "the log is running, but nothing is armed: type arm in its terminal");
 }
 
-static void day_plan_make(const struct day_facts *f, struct day_plan *plan)
+static void day_plan_make(const struct day_status *f, struct day_plan *plan)
 {
-    static enum day_state (*const of[DAY_STEPS])(const struct day_facts *, char[240]) = {
+    static enum day_state (*const of[DAY_STEPS])(const struct day_status *, char[240]) = {
 #define DAY_STEP(NAME, key, text) [DAY_##NAME] = key##_step_state,
         DAY_STEP_TABLE(DAY_STEP)
 #undef DAY_STEP
@@ -418,53 +419,54 @@ struct day {
     struct request r;
     const struct cli *cli;
     struct store *store;
-    struct day_facts facts;
+    struct day_status facts;
     struct day_plan plan;
     bool operator_known, weight_asked;
     struct error error; /* error of a step; printed and cleared after it */
 };
 
-static void read_all_facts(struct day *day)
+static void refresh_status(struct day *day)
 {
-    day_facts_read(day->store, (int64_t)link_now_us(), &day->facts);
+    day_status_read(day->store, (int64_t)link_now_us(), &day->facts);
     day_plan_make(&day->facts, &day->plan);
 }
 
 /* Makes the command line of a step. Returns false if the step asks questions or runs several
  * commands. */
-static bool make_step_line(const struct day *day, enum day_step step, struct command_line *line)
+static bool make_step_command_line(const struct day *day, enum day_step step,
+                                   struct command_line *line)
 {
     static char landing[24], page[4200];
-    const struct day_facts *f = &day->facts;
+    const struct day_status *f = &day->facts;
     const char *can = strcmp(f->can, NO_CAN) == 0 ? NULL : f->can, *db = day->r.db;
     switch (step) {
     case DAY_LOOK:
         snprintf(landing, sizeof landing, "%lld", (long long)f->run);
-        *line = day_line("show", db);
+        *line = day_make_command_line("show", db);
         day_add_word(line, landing);
         return true;
     case DAY_SURVEY: /* use the same edges as the last survey */
-        *line = day_line("survey", db);
+        *line = day_make_command_line("survey", db);
         day_add_option(line, "--edges", f->edges);
         return true;
     case DAY_LOAD:
-        *line = day_line("survey", db);
+        *line = day_make_command_line("survey", db);
         day_add_option(line, "--load", f->serial);
         return true;
     case DAY_ADVISE:
-        *line = day_line("advise", db);
+        *line = day_make_command_line("advise", db);
         day_add_word(line, "--keep");
         day_add_word(line, "--load");
         day_add_option(line, "--serial", f->serial);
         return true;
     case DAY_READY:
-        *line = day_line("ready", db);
+        *line = day_make_command_line("ready", db);
         day_add_option(line, "--serial", f->serial);
         day_add_option(line, "--can", can);
         return true;
     case DAY_LAND:
         snprintf(page, sizeof page, "%s-landing.html", db);
-        *line = day_line("log", NULL);
+        *line = day_make_command_line("log", NULL);
         day_add_option(line, "--serial", f->serial);
         day_add_option(line, "--can", can);
         day_add_option(line, "--db", db);
@@ -493,7 +495,7 @@ static bool ask_link(struct day *day, const char *given, enum link_kind kind, ch
 
 static bool ask_missing_links(struct day *day)
 {
-    struct day_facts *f = &day->facts;
+    struct day_status *f = &day->facts;
     char text[200];
     if (!f->serial[0] &&
         (!day_ask("the board's serial port (such as serial:/dev/ttyUSB0): ", text, sizeof text) ||
@@ -553,11 +555,11 @@ static bool ask_weight(struct day *day)
         return true;
     snprintf(run_text, sizeof run_text, "%lld", (long long)day->facts.run);
     snprintf(correction, sizeof correction, "weight_lb=%s", weight);
-    struct command_line line = day_line("landing", day->r.db);
+    struct command_line line = day_make_command_line("landing", day->r.db);
     day_add_word(&line, run_text);
     day_add_option(&line, "--correct", correction);
     day_add_option(&line, "--reason", "weight of the day");
-    day_run_line(&line, &day->error);
+    day_run_command_line(&line, &day->error);
     return true;
 }
 
@@ -576,12 +578,12 @@ static bool ask_waves(struct day *day)
                      "counted): ",
                      panels, sizeof panels))
             return false;
-        struct command_line line = day_line("landing", day->r.db);
+        struct command_line line = day_make_command_line("landing", day->r.db);
         day_add_word(&line, run_text);
         day_add_option(&line, "--observe", "wave");
         day_add_option(&line, "--station", station);
         day_add_option(&line, "--panels", panels);
-        day_run_line(&line, &day->error);
+        day_run_command_line(&line, &day->error);
     }
 }
 
@@ -591,8 +593,8 @@ static void run_note_step(struct day *day)
     struct store_change note = {.run = day->facts.run, .field = "note"};
     if (!day->facts.run)
         return;
-    make_step_line(day, DAY_LOOK, &line);
-    day_run_line(&line, &day->error);
+    make_step_command_line(day, DAY_LOOK, &line);
+    day_run_command_line(&line, &day->error);
     printf("Enter: no answer, or the value in brackets; q: end of the questions\n");
     if (!ask_operator(day) || !ask_weight(day) || !ask_waves(day))
         return;
@@ -624,23 +626,23 @@ static void run_calibrate_step(struct day *day)
 {
     char channel[16], file[4200];
     if (day->facts.calibration_due)
-        printf("%s\n", day->facts.no_go);
+        printf("%s\n", day->facts.failed_checks);
     snprintf(file, sizeof file, "%s-calibrated.cfg", day->r.db);
     while (day_ask("channel to calibrate (d1 to d8, t1 to t14; Enter: no more): ", channel,
                    sizeof channel) &&
            channel[0]) {
-        struct command_line line = day_line("calibrate", channel);
+        struct command_line line = day_make_command_line("calibrate", channel);
         remove(file);
         day_add_option(&line, "--serial", day->facts.serial);
         day_add_option(&line, "-o", file);
-        if (!day_run_line(&line, &day->error))
+        if (!day_run_command_line(&line, &day->error))
             continue;
-        line = day_line("board", NULL);
+        line = day_make_command_line("board", NULL);
         day_add_option(&line, "--serial", day->facts.serial);
         day_add_word(&line, "config");
         day_add_option(&line, "set", file);
         day_add_option(&line, "--db", day->r.db);
-        if (day_run_line(&line, &day->error))
+        if (day_run_command_line(&line, &day->error))
             day->facts.calibrated_us = (int64_t)link_now_us();
     }
 }
@@ -649,7 +651,7 @@ static void run_advise_step(struct day *day)
 {
     struct command_line line;
     char speed[40], deceleration[40];
-    make_step_line(day, DAY_ADVISE, &line);
+    make_step_command_line(day, DAY_ADVISE, &line);
     if (!day_ask("planned speed at touchdown (35ft/s; Enter: the last landing's): ", speed,
                  sizeof speed) ||
         !day_ask("planned mean deceleration (4.5ft/s2; Enter: the last landing's): ", deceleration,
@@ -657,14 +659,14 @@ static void run_advise_step(struct day *day)
         return;
     day_add_option(&line, "--speed", speed);
     day_add_option(&line, "--deceleration", deceleration);
-    day_run_line(&line, &day->error);
+    day_run_command_line(&line, &day->error);
 }
 
 static void run_land_step(struct day *day)
 {
     struct command_line line;
-    make_step_line(day, DAY_LAND, &line);
-    char *text = day_format_line(&line);
+    make_step_command_line(day, DAY_LAND, &line);
+    char *text = day_format_command_line(&line);
     if (day->facts.is_logging)
         printf("%s\n", day->plan.reason[DAY_LAND]);
     else
@@ -687,24 +689,24 @@ static void run_step(struct day *day, enum day_step step)
     case DAY_CALIBRATE: run_calibrate_step(day); return;
     case DAY_ADVISE: run_advise_step(day); return;
     case DAY_LAND: run_land_step(day); return;
-    default: make_step_line(day, step, &line); day_run_line(&line, &day->error);
+    default: make_step_command_line(day, step, &line); day_run_command_line(&line, &day->error);
     }
 }
 
 static void write_report(struct day *day)
 {
     char page[4200];
-    struct command_line line = day_line("report", day->r.db);
+    struct command_line line = day_make_command_line("report", day->r.db);
     snprintf(page, sizeof page, "%s-report.html", day->r.db);
     day_add_option(&line, "-o", page);
-    day_run_line(&line, &day->error);
+    day_run_command_line(&line, &day->error);
 }
 
 /* ---- the checklist ---- */
 
 static void print_list(const struct day *day)
 {
-    const struct day_facts *f = &day->facts;
+    const struct day_status *f = &day->facts;
     const struct day_plan *plan = &day->plan;
     struct command_line line;
     printf("\n%s: %lld landing%s today%s%s\n", day->r.db, (long long)f->landings_today,
@@ -713,8 +715,8 @@ static void print_list(const struct day *day)
         printf("%c %d %-10s %-11s %s\n", step == plan->next ? '>' : ' ', (int)step + 1,
                step_words[step].key, state_text(plan->state[step]), plan->reason[step]);
     printf("Enter: %s: %s\n", step_words[plan->next].key, step_words[plan->next].text);
-    if (make_step_line(day, plan->next, &line)) {
-        char *text = day_format_line(&line);
+    if (make_step_command_line(day, plan->next, &line)) {
+        char *text = day_format_command_line(&line);
         printf("       %s\n", text);
         free(text);
     }
@@ -723,13 +725,13 @@ static void print_list(const struct day *day)
 static int run_day(struct day *day)
 {
     char key[8];
-    for (;; read_all_facts(day)) {
+    for (;; refresh_status(day)) {
         print_list(day);
         if (!day_ask("Enter: next step, 1-8: that step, s: skip, r: report, q: quit > ", key,
                      sizeof key))
             break;
         /* read the facts again, because the prompt may have waited for an hour */
-        read_all_facts(day);
+        refresh_status(day);
         if (key[0] >= '1' && key[0] < '1' + DAY_STEPS)
             run_step(day, (enum day_step)(key[0] - '1'));
         else if (!key[0])
@@ -750,7 +752,8 @@ static int show_day(const struct day *day)
     answer_add_text(answer, "db", NULL, "%s", day->r.db);
     answer_add_text(answer, "next", NULL, "%s", step_words[day->plan.next].key);
     answer_add_text(answer, "reason", NULL, "%s", day->plan.reason[day->plan.next]);
-    char *text = make_step_line(day, day->plan.next, &line) ? day_format_line(&line) : NULL;
+    char *text = make_step_command_line(day, day->plan.next, &line) ? day_format_command_line(&line)
+                                                                    : NULL;
     answer_add_text_or_missing(answer, "command", NULL, text, NULL);
     free(text);
     answer_add_flag(answer, "logging", NULL, day->facts.is_logging);
@@ -793,7 +796,7 @@ static int day_command(int argc, char **argv, const struct cli *cli)
         ask_link(&day, day.r.can, LINK_CAN, day.facts.can);
     if (day.error.status != MR_OK)
         return cli_fail(&day.error);
-    read_all_facts(&day);
+    refresh_status(&day);
     return cli->json ? show_day(&day) : run_day(&day);
 }
 

@@ -16,7 +16,7 @@ static bool ask_record(const char *db, int64_t run, const struct inspection_kind
     static char word[INSPECTION_FIELDS_MAX][INSPECTION_TEXT_SIZE + 80];
     size_t words = 0;
     char run_text[24], was[INSPECTION_TEXT_SIZE], value[INSPECTION_TEXT_SIZE];
-    struct command_line line = day_line("record", db);
+    struct command_line line = day_make_command_line("record", db);
     json_t *one = json_object(), *values = json_object();
     bool goes_on = true;
     snprintf(run_text, sizeof run_text, "%lld", (long long)run);
@@ -47,7 +47,7 @@ static bool ask_record(const char *db, int64_t run, const struct inspection_kind
         if (goes_on && (value[0] || was[0]))
             day_add_word(&line, word[words++]);
     }
-    if (words > 0 && !day_run_line(&line, error) && goes_on)
+    if (words > 0 && !day_run_command_line(&line, error) && goes_on)
         goes_on = ask_record(db, run, kind, values, true, error);
     json_decref(values);
     json_decref(one);

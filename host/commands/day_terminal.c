@@ -58,14 +58,14 @@ void day_add_option(struct command_line *line, const char *option, const char *v
     }
 }
 
-struct command_line day_line(const char *command, const char *word)
+struct command_line day_make_command_line(const char *command, const char *word)
 {
     static char program[4096];
     data_dir_program_path(program, sizeof program);
     return (struct command_line){.words = {program, command, word}, .count = word ? 3 : 2};
 }
 
-char *day_format_line(const struct command_line *line)
+char *day_format_command_line(const struct command_line *line)
 {
     static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
                                 "0123456789_@%+=:,./-";
@@ -90,13 +90,13 @@ static void ignore_signal(int number)
     (void)number;
 }
 
-bool day_run_line(const struct command_line *line, struct error *error)
+bool day_run_command_line(const struct command_line *line, struct error *error)
 {
     static const int streams[3] = {-1, -1, -1};
     /* Use a handler instead of SIG_IGN, which the command would inherit. */
     const struct sigaction action = {.sa_handler = ignore_signal, .sa_flags = SA_RESTART};
     struct sigaction was;
-    char *text = day_format_line(line);
+    char *text = day_format_command_line(line);
     pid_t child;
     int status = 0;
     printf("$ %s\n", text);

@@ -18,18 +18,18 @@
 
 /* ---- csv ---- */
 
-static const char *emulated_mark(const struct store_landing *landing)
+static const char *get_emulated_note(const struct store_landing *landing)
 {
     return measured_is_emulated(landing) ? " (emulated, synthetic data)" : "";
 }
 
-static void write_csv_provenance(const struct measured *measured, bool si, FILE *out)
+static void write_csv_provenance(const struct measured_landing *measured, bool si, FILE *out)
 {
     char source[MEASURED_SOURCE_SIZE];
     const struct store_landing *landing = &measured->landing;
     fprintf(out, "# matrig landing: RUN %lld, landing %lld of board %s%s, firmware %s\n",
             (long long)landing->id, (long long)landing->board_landing, landing->board_uid,
-            emulated_mark(landing), landing->firmware);
+            get_emulated_note(landing), landing->firmware);
     measured_format_source(measured, source);
     fprintf(out, "# readings from %s\n", source);
     char torn[MEASURED_MISSING_START_SIZE];
@@ -63,7 +63,7 @@ static void write_csv_provenance(const struct measured *measured, bool si, FILE 
 
 /* Writes two standard errors per channel (common/channels.h): of a single reading at the peak, and
  * of the peak value. */
-static void write_csv_errors(const struct measured *measured,
+static void write_csv_errors(const struct measured_landing *measured,
                              const struct measured_channel **channels, size_t count, bool si,
                              FILE *out)
 {
@@ -72,7 +72,7 @@ static void write_csv_errors(const struct measured *measured,
         const struct measured_channel *channel = channels[c];
         bool moves = channel->config.kind == MR_KIND_DISPLACEMENT;
         double factor = unit_get(moves ? UNIT_DISPLACEMENT : UNIT_TENSION, si)->factor;
-        double single = measured_error(measured, channel, channel->peak, 1.0);
+        double single = measured_standard_error(measured, channel, channel->peak, 1.0);
         if (!isnan(single))
             fprintf(out, " %c%u %.*f %.*f", moves ? 'd' : 't', channel->config.number,
                     moves ? 5 : 3, single * factor, moves ? 5 : 3, channel->peak_error * factor);
@@ -88,8 +88,9 @@ static void write_csv_cell(FILE *out, double value, int digits)
         fprintf(out, ",%.*f", digits, fabs(value) * pow(10.0, digits) < 0.5 ? 0.0 : value);
 }
 
-static void write_csv_row(const struct measured *measured, const struct measured_channel **channels,
-                          size_t count, size_t sample, bool si, FILE *out)
+static void write_csv_row(const struct measured_landing *measured,
+                          const struct measured_channel **channels, size_t count, size_t sample,
+                          bool si, FILE *out)
 {
     char validity[MR_CHANNELS + 1], source[MR_CHANNELS + 1];
     double t_s = measured_time_s(measured, sample);
@@ -113,7 +114,7 @@ static void write_csv_row(const struct measured *measured, const struct measured
 static void export_csv(struct store *store, int64_t run, FILE *out, const struct cli *cli,
                        long *rows)
 {
-    struct measured measured;
+    struct measured_landing measured;
     const struct measured_channel *channels[MR_CHANNELS];
     measured_load(store, run, &measured, fatal);
     if (measured.source == MEASURED_NO_SOURCE)
@@ -140,8 +141,8 @@ static void export_csv(struct store *store, int64_t run, FILE *out, const struct
 
 /* ---- film frames ---- */
 
-static void write_film_csv(const struct measured *measured, const struct film *film, bool si,
-                           FILE *out)
+static void write_film_csv(const struct measured_landing *measured, const struct film *film,
+                           bool si, FILE *out)
 {
     const struct unit *station = unit_get(UNIT_STATION, si), *speed = unit_get(UNIT_SPEED, si);
     const struct store_landing *landing = &measured->landing;
@@ -149,7 +150,7 @@ static void write_film_csv(const struct measured *measured, const struct film *f
         out,
         "# matrig film: RUN %lld, landing %lld of board %s%s, %.4f frames a second, %lld missing\n",
         (long long)landing->id, (long long)landing->board_landing, landing->board_uid,
-        emulated_mark(landing), film->rate_hz, (long long)film->missing_frame_count);
+        get_emulated_note(landing), film->rate_hz, (long long)film->missing_frame_count);
     fprintf(out, "# t_s: seconds since %s; board_s: since the board's scans began\n",
             measured_origin_text(measured));
     fputs("# gear: lead wheel of the main bogie, from the switches (speed: from the fit); errors "
@@ -172,7 +173,7 @@ static void write_film_csv(const struct measured *measured, const struct film *f
 static void export_film(struct store *store, int64_t run, FILE *out, const struct cli *cli,
                         long *rows)
 {
-    struct measured measured;
+    struct measured_landing measured;
     struct film film = {0};
     measured_load(store, run, &measured, fatal);
     film_load(store, &measured, &film, fatal);

@@ -19,20 +19,20 @@
 #include "host/link/link.h"
 #include "host/link/tty.h"
 
-#define BAUD_MIN            9600.0
-#define BAUD_MAX            460800.0
-#define HELLO_WAIT_S        2.5 /* wait for a hello, s; the board sends one once a second */
-#define HELLO_AFTER_RESET_S 6.0
-#define COMMAND_TIMEOUT_S   3.0
+#define BAUD_MIN                    9600.0
+#define BAUD_MAX                    460800.0
+#define HELLO_TIMEOUT_S             2.5 /* wait for a hello, s; the board sends one once a second */
+#define HELLO_AFTER_RESET_TIMEOUT_S 6.0
+#define COMMAND_TIMEOUT_S           3.0
 /* Wait for the board type, s; the board sends it after the hello, older firmware 1 s later. */
-#define BOARD_TYPE_WAIT_S   1.0
+#define BOARD_TYPE_TIMEOUT_S        1.0
 /* the board resets 50 ms after the command; the rest is the duration of the reset */
-#define RESTART_MS          200
-#define ROM_BAUD            115200 /* highest rate that AN3155 guarantees, baud */
-#define CHIP_READ_TRIES_MAX 3u
-#define PROGRAM_OUTPUT_SIZE 2048u
-#define WORDS_MAX           16u
-#define PROGRAM_NOT_FOUND   127 /* exit code of a program that is not found */
+#define RESTART_MS                  200
+#define ROM_BAUD                    115200 /* highest rate that AN3155 guarantees, baud */
+#define CHIP_READ_TRIES_MAX         3u
+#define PROGRAM_OUTPUT_SIZE         2048u
+#define WORDS_MAX                   16u
+#define EXIT_PROGRAM_NOT_FOUND      127 /* exit code of a program that is not found */
 
 struct session {
     const struct cli *cli;
@@ -71,7 +71,7 @@ struct image_part {
     uint32_t address; /* offset from MR_FLASH, bytes */
     const uint8_t *bytes;
     size_t count;
-    bool starts_program; /* start the program afterwards */
+    bool is_program_started; /* start the program afterwards */
 };
 
 /* Shows the progress: the newest percentage, such as `(42.00%)`, in the output of stm32flash. */
@@ -142,7 +142,7 @@ static enum mr_status run_program(const struct session *to, const char *const wo
     close(ends[0]);
     if (error->status != MR_OK)
         return error->status;
-    if (WIFEXITED(status) && WEXITSTATUS(status) == PROGRAM_NOT_FOUND)
+    if (WIFEXITED(status) && WEXITSTATUS(status) == EXIT_PROGRAM_NOT_FOUND)
         return error_set(error, MR_IO,
                          "stm32flash is missing, and matrig needs it to program boards; run "
                          "apt-get install stm32flash");
@@ -177,7 +177,7 @@ static enum mr_status write_part(const struct session *to, const char *folder,
                                  const struct image_part *part, struct error *error)
 {
     char path[TEMPORARY_FOLDER_SIZE + 40], at[12], output[PROGRAM_OUTPUT_SIZE], why[120];
-    const char *words[] = {"-f", "-w", path, "-v", "-S", at, part->starts_program ? "-g" : NULL,
+    const char *words[] = {"-f", "-w", path, "-v", "-S", at, part->is_program_started ? "-g" : NULL,
                            at,   NULL};
     snprintf(path, sizeof path, "%s/part.bin", folder);
     snprintf(at, sizeof at, "0x%08x", (unsigned)(MR_FLASH + part->address));
@@ -217,7 +217,7 @@ static enum mr_status stm32flash_program(const struct session *to, struct error 
     struct image_part first = {"jump to the boot ROM", 0, rom_instructions, sizeof rom_instructions,
                                false};
     struct image_part program = {.name = "program"},
-                      vectors = {.name = "vectors", .starts_program = true};
+                      vectors = {.name = "vectors", .is_program_started = true};
     char folder[TEMPORARY_FOLDER_SIZE];
     enum mr_status status = temporary_folder_create(folder, "flash", error);
     if (status == MR_OK &&
@@ -283,7 +283,7 @@ static void check_board(struct session *session)
     struct identity *identity = &session->dialogue->identity;
     if (session->image.has_header && !session->force &&
         dialogue_wait_until(session->dialogue, dialogue_is_flag_set, &identity->board_known,
-                            BOARD_TYPE_WAIT_S, fatal) == MR_OK &&
+                            BOARD_TYPE_TIMEOUT_S, fatal) == MR_OK &&
         identity->board_type != session->image.header.board)
         error_set(fatal, MR_VERSION,
                   "the board is %s, but the image is for %s: %s; give the image for this board, or "
@@ -296,7 +296,7 @@ static void check_board(struct session *session)
 static void identify_firmware(struct session *session)
 {
     char why[200];
-    if (!wait_for_firmware(session, HELLO_WAIT_S)) {
+    if (!wait_for_firmware(session, HELLO_TIMEOUT_S)) {
         cli_note(session->cli,
                  "flash: " LINK_NO_HELLO "; expecting the boot ROM, started with BOOT0 high");
         return;
@@ -317,7 +317,7 @@ static void identify_firmware(struct session *session)
 static void compare_images(struct session *session)
 {
     char why[200];
-    if (!wait_for_firmware(session, HELLO_AFTER_RESET_S))
+    if (!wait_for_firmware(session, HELLO_AFTER_RESET_TIMEOUT_S))
         error_set(fatal, MR_TIMEOUT,
                   "flashed and read back, but the board does not send a hello: %s; set BOOT0 low "
                   "and reset the board",

@@ -164,7 +164,7 @@ static void store_change(const struct request *r, struct store *store, const cha
     store_change_add(store, &row, fatal);
 }
 
-static void refuse_field(const char *argument)
+static void set_unknown_field_error(const char *argument)
 {
     char word[40], text[SPELL_SUGGEST_TEXT_SIZE];
     struct spell_suggest near;
@@ -181,7 +181,7 @@ static void refuse_field(const char *argument)
 
 /* Converts the number to the unit of the field. A number without a unit is stored as typed; a
  * converted number is stored with enough digits to be exact. */
-static void correct_number(const struct field *field, const char *text, char kept[40])
+static void parse_corrected_number(const struct field *field, const char *text, char kept[40])
 {
     double number, alone;
     struct quantity_error wrong;
@@ -210,11 +210,11 @@ static void store_correction(const struct request *r, struct store *store)
             field = &fields[i];
     }
     if (!field || !value[1]) {
-        refuse_field(r->correct);
+        set_unknown_field_error(r->correct);
         return;
     }
     if (field->is_number)
-        correct_number(field, value + 1, number);
+        parse_corrected_number(field, value + 1, number);
     if (strcmp(field->name, "series") == 0) {
         struct store_series *rows;
         size_t count;
@@ -234,7 +234,7 @@ static void store_correction(const struct request *r, struct store *store)
  * the landing is the wrong one. */
 static void check_time(const struct request *r, struct store *store)
 {
-    struct measured measured;
+    struct measured_landing measured;
     if (isnan(r->at_s))
         return;
     measured_load_gear(store, r->run, &measured, fatal);

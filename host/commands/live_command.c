@@ -32,9 +32,10 @@ struct watch {
     struct live_source source;
     struct live_hub *hub;
     struct live_server *server;
-    int64_t done_run, done_ms; /* newest landing that has ended, and when that was noticed */
-    int64_t checked_ms;
-    bool is_outcome_shown; /* of done_run */
+    int64_t finished_run,
+        finished_ms; /* newest landing that has ended, and when that was noticed */
+    int64_t last_check_ms;
+    bool is_outcome_shown; /* of finished_run */
 };
 
 static void handle_frame(void *context, const struct store_frame *frame)
@@ -96,19 +97,20 @@ static enum mr_status show_outcome(struct watch *watch, int64_t delay_ms, struct
     struct store_landing *row = NULL;
     size_t count = 0;
     int64_t now_ms = monotonic_ms(), run = 0;
-    if (watch->checked_ms && now_ms - watch->checked_ms < OUTCOME_DELAY_MS / 2)
+    if (watch->last_check_ms && now_ms - watch->last_check_ms < OUTCOME_DELAY_MS / 2)
         return MR_OK;
-    watch->checked_ms = now_ms;
+    watch->last_check_ms = now_ms;
     enum mr_status status = store_landings(watch->store, &row, &count, error);
     if (status == MR_OK && count && row[count - 1].state == MR_LANDING_DONE)
         run = row[count - 1].id;
     free(row);
-    if (run != watch->done_run) {
-        watch->done_run = run;
-        watch->done_ms = now_ms;
+    if (run != watch->finished_run) {
+        watch->finished_run = run;
+        watch->finished_ms = now_ms;
         watch->is_outcome_shown = false;
     }
-    if (status != MR_OK || !run || watch->is_outcome_shown || now_ms - watch->done_ms < delay_ms)
+    if (status != MR_OK || !run || watch->is_outcome_shown ||
+        now_ms - watch->finished_ms < delay_ms)
         return status;
     struct summary summary;
     char line[RECORD_LINE_SIZE], words[RECORD_LINE_SIZE + 40];

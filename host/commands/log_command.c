@@ -68,8 +68,8 @@ static int poll_timeout_ms(const struct logger *logger, uint64_t deadline_us)
         until_us = logger->next_write_us;
     if (deadline_us < until_us)
         until_us = deadline_us;
-    if (logger_silence_due_us(logger) < until_us)
-        until_us = logger_silence_due_us(logger);
+    if (logger_next_silence_check_us(logger) < until_us)
+        until_us = logger_next_silence_check_us(logger);
     return until_us <= now_us ? 0 : (int)((until_us - now_us + 999) / 1000);
 }
 
@@ -138,10 +138,11 @@ static bool is_any_link_open(const struct logger *logger)
     return any;
 }
 
-static enum mr_status collect_data(struct logger *logger, int signals, double for_s,
+static enum mr_status collect_data(struct logger *logger, int signals, double duration_s,
                                    struct error *error)
 {
-    uint64_t deadline_us = isinf(for_s) ? UINT64_MAX : monotonic_us() + (uint64_t)(for_s * 1e6);
+    uint64_t deadline_us = isinf(duration_s) ? UINT64_MAX
+                                             : monotonic_us() + (uint64_t)(duration_s * 1e6);
     while (!logger->ended_by) {
         bool ready[LINK_KINDS] = {false};
         bool signalled = false;
@@ -163,7 +164,7 @@ static enum mr_status collect_data(struct logger *logger, int signals, double fo
         logger_note_health(logger);
         logger_note_different_boards(logger);
         logger_note_missing_board(logger);
-        logger_note_presence(logger);
+        logger_check_board_presence(logger);
         logger_show_progress(logger, false);
         logger_print_pending(logger);
         if (signalled)
@@ -227,7 +228,7 @@ static enum mr_status open_readers(struct logger *logger, struct error *error)
     return status ?: watch_begin(&logger->watch, logger->reader, store_path(logger->store), error);
 }
 
-static enum mr_status run_session(struct logger *logger, int signals, double for_s,
+static enum mr_status run_session(struct logger *logger, int signals, double duration_s,
                                   struct error *error)
 {
     enum mr_status status = open_readers(logger, error) ?: begin_session(logger, signals, error);
@@ -239,7 +240,7 @@ static enum mr_status run_session(struct logger *logger, int signals, double for
     status = logger_commit(logger, error);
     logger_set_nonblocking(logger, true);
     if (status == MR_OK)
-        status = collect_data(logger, signals, for_s, error);
+        status = collect_data(logger, signals, duration_s, error);
     /* after an error, store the data received so far and close the session, if the database permits
      * it */
     struct error late = {0};
@@ -253,15 +254,15 @@ static enum mr_status run_session(struct logger *logger, int signals, double for
     logger_show_progress(logger, true);
     if (late.status != MR_OK)
         status = error_set(error, late.status, "%s", late.text);
-    if (status == MR_OK && logger->removal_text[0])
+    if (status == MR_OK && logger->file_problem_text[0])
         status = logger->saved_path[0]
                    ? error_set(error, MR_IO, "%s; the data logged%s%s is in %s",
-                               logger->removal_text,
-                               logger->data_missing_before[0] ? " since " : "",
-                               logger->data_missing_before, logger->saved_path)
+                               logger->file_problem_text,
+                               logger->data_missing_until[0] ? " since " : "",
+                               logger->data_missing_until, logger->saved_path)
                    : error_set(error, MR_IO,
                                "%s; the data could not be saved in the same folder either",
-                               logger->removal_text);
+                               logger->file_problem_text);
     if (status == MR_OK && logger->link_error.status != MR_OK)
         status = error_set(error, logger->link_error.status, "%s", logger->link_error.text);
     if (status == MR_OK)
@@ -353,9 +354,9 @@ static bool close_all(struct logger *logger)
 {
     collector_close(logger->collector);
     /* closing the database also writes its journal back, which may take long */
-    watch_note_call(&logger->watch, true);
+    watch_record_call(&logger->watch, true);
     bool closed = logger_close_store(logger);
-    watch_note_call(&logger->watch, false);
+    watch_record_call(&logger->watch, false);
     watch_close(&logger->watch);
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         link_reader_close(logger->reader[link]);
@@ -368,7 +369,7 @@ static bool close_all(struct logger *logger)
 
 struct request {
     const char *can, *serial, *db, *live, *page;
-    double for_s, wait_s;
+    double duration_s, wait_s;
     bool listen, commands, all;
 };
 
@@ -412,7 +413,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && logger.typed.is_enabled && logger.typed.is_terminal)
         cli_note(cli, "to arm, press Enter and type arm [N]; to disarm, type disarm");
     if (status == MR_OK)
-        status = run_session(&logger, signals, r.for_s, &error);
+        status = run_session(&logger, signals, r.duration_s, &error);
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);
     if (logger.collector)
         exit_code = logger_show_session(&logger, r.db, &error, exit_code);
@@ -432,7 +433,7 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--serial", "LINK", serial,
                 "the board's serial port; give --can, --serial or both"),
     OPTION_TEXT("--db", "DB", db, "campaign database; created if missing"),
-    OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7, (double)INFINITY,
+    OPTION_NUMBER("--for", "S", duration_s, "s", 0.001, 1e7, (double)INFINITY,
                   "stop after S seconds; default: when the links end, or on Ctrl-C"),
     OPTION_TEXT("--live", "PORT", live,
                 "live page in a browser on this computer, which can also arm and disarm"),

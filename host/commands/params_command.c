@@ -83,7 +83,7 @@ static const struct parameter *find_parameter(const struct reader *r, const char
 #define Z_95                1.96
 /* Lower limit of the scene key gear_unloading, which must be above 0. */
 #define UNLOADING_RATIO_MIN 0.01
-#define AXLE_LAW_MAX        2.0
+#define AXLE_EXPONENT_MAX   2.0
 
 /* Adds a parameter of the push test. Value and interval are clamped to the limits of the scene
  * key. */
@@ -124,7 +124,7 @@ static void read_push(const struct params_request *request, struct reader *r,
     add_push_parameter(r, "gear_k_lb_ft", "lb/ft", &ground->k_lb_ft, 0.0, HUGE_VAL);
     add_push_parameter(r, "gear_unloading", "1", &ground->unloading_ratio, UNLOADING_RATIO_MIN,
                        1.0);
-    add_push_parameter(r, "gear_axle_law", "1", &ground->axle_law, 0.0, AXLE_LAW_MAX);
+    add_push_parameter(r, "gear_axle_law", "1", &ground->axle_law, 0.0, AXLE_EXPONENT_MAX);
     add_parameter(r, "wheel_load", "lb",
                   request->axle_load_lb > 0.0 ? "--axle-load" : "smallest load tested, per axle",
                   (struct estimate){ground->axle_load_lb, 0.0})
@@ -220,7 +220,7 @@ static struct estimate read_estimate(struct reader *r, const char *name)
         good = readings[i] > 0.0;
     }
     if (good)
-        return params_mean(readings, count, each);
+        return params_compute_mean(readings, count, each);
     if (!value)
         error_set(fatal, MR_MALFORMED, "reading missing: %s: %s; give %s", r->path, r->test, name);
     else
@@ -259,14 +259,14 @@ static struct params_spring_fit read_spring(struct reader *r, const char *x_name
                                             const char *y_name, const char *y_unit)
 {
     double x[READINGS_MAX], y[READINGS_MAX];
-    struct params_spring_fit spring = {.k = {1.0, 0.0}};
+    struct params_spring_fit spring = {.stiffness = {1.0, 0.0}};
     size_t count = read_pairs(r, x_name, factor, y_name, x, y);
     params_fit_spring(x, y, count, &spring, fatal);
-    if (spring.below_free)
+    if (spring.free_travel_readings)
         error_set(fatal, MR_MALFORMED,
                   "readings within the free travel: %s: %s: %zu of %zu are below the start of the "
                   "fitted line; leave out readings with free movement",
-                  r->path, r->test, spring.below_free, count);
+                  r->path, r->test, spring.free_travel_readings, count);
     else if (!spring.is_known)
         error_set(fatal, MR_TOO_FEW,
                   "no stiffness: %s: %s: %zu readings with a scatter of %.2g %s about their line "
@@ -282,7 +282,7 @@ static void read_inertia(struct reader *r)
                     period = read_estimate(r, "period_s");
     add_parameter(r, "W", "lb", "weighing", weight);
     add_parameter(r, "I", "slug ft2", "period on two cords",
-                  params_inertia(weight, spacing, cord, period));
+                  params_compute_inertia(weight, spacing, cord, period));
 }
 
 /* Reads the slope of force over strain, or forces and stretches of a strip. */
@@ -294,10 +294,10 @@ static void read_tension(struct reader *r)
     } else {
         struct estimate strip = read_estimate(r, "strip_in");
         struct params_spring_fit spring = read_spring(r, "stretch_in", 1.0, "force_lb", "lb");
-        /* params_friction is used here for its quotient */
-        slope = params_friction(spring.k, strip);
+        /* params_compute_friction is used here for its quotient */
+        slope = params_compute_friction(spring.stiffness, strip);
     }
-    add_parameter(r, "KL", "lb/ft", "joint pulled", params_joint_stiffness(slope, joint));
+    add_parameter(r, "KL", "lb/ft", "joint pulled", params_compute_joint_stiffness(slope, joint));
 }
 
 static void read_hinge(struct reader *r)
@@ -314,10 +314,11 @@ static void read_hinge(struct reader *r)
                       r->path, read_number("angle_deg", angle));
     }
     if (has_key(r, "strip_in"))
-        wider = params_friction(read_estimate(r, "joint_in"), read_estimate(r, "strip_in"));
+        wider = params_compute_friction(read_estimate(r, "joint_in"), read_estimate(r, "strip_in"));
     struct params_spring_fit spring = read_spring(r, "angle_deg", RAD_PER_DEG, "moment_ft_lb",
                                                   "ft lb");
-    struct estimate tad = {spring.free.value / RAD_PER_DEG, spring.free.error / RAD_PER_DEG};
+    struct estimate tad = {spring.free_travel.value / RAD_PER_DEG,
+                           spring.free_travel.error / RAD_PER_DEG};
     if (tad.value < -3.0 * tad.error)
         error_set(fatal, MR_MALFORMED,
                   "moment without rotation: %s: hinge: the fitted line reaches zero moment at %.3g "
@@ -326,14 +327,15 @@ static void read_hinge(struct reader *r)
     /* errors of the measurement can make a small value negative */
     tad.value = fmax(0.0, tad.value);
     add_parameter(r, "KT", "ft lb/rad", "slope of moment against angle",
-                  params_hinge_stiffness(spring.k, wider));
+                  params_compute_hinge_stiffness(spring.stiffness, wider));
     add_parameter(r, "TAD_deg", "deg", "angle without moment", tad);
 }
 
 static void read_pull(struct reader *r)
 {
-    add_parameter(r, "f", "1", "pulling",
-                  params_friction(read_estimate(r, "pull_lb"), read_estimate(r, "weight_lb")));
+    add_parameter(
+        r, "f", "1", "pulling",
+        params_compute_friction(read_estimate(r, "pull_lb"), read_estimate(r, "weight_lb")));
 }
 
 /* Reads a length in inches and returns it in feet. */
@@ -348,8 +350,9 @@ static void read_deflection(struct reader *r)
     struct estimate load = read_estimate(r, "load_lb"), mats = has_key(r, "mats")
                                                                  ? read_estimate(r, "mats")
                                                                  : (struct estimate){1.0, 0.0};
-    add_parameter(r, "KV", "lb/ft", "static deflection",
-                  params_soil_stiffness(load, read_inches_as_ft(r, "deflection_in"), mats.value));
+    add_parameter(
+        r, "KV", "lb/ft", "static deflection",
+        params_compute_soil_stiffness(load, read_inches_as_ft(r, "deflection_in"), mats.value));
 }
 
 static void read_plate(struct reader *r)
@@ -358,10 +361,11 @@ static void read_plate(struct reader *r)
     size_t count = read_pairs(r, "settlement_in", 1.0 / IN_PER_FT, "load_lb", settlement_ft,
                               load_lb);
     struct estimate kv = {1.0, 0.0};
-    params_plate_soil_stiffness(
-        load_lb, settlement_ft, count, read_inches_as_ft(r, "plate_in"),
-        params_mat_area(read_estimate(r, "mat_length_ft"), read_estimate(r, "mat_width_ft")), &kv,
-        fatal);
+    params_compute_plate_soil_stiffness(load_lb, settlement_ft, count,
+                                        read_inches_as_ft(r, "plate_in"),
+                                        params_compute_mat_area(read_estimate(r, "mat_length_ft"),
+                                                                read_estimate(r, "mat_width_ft")),
+                                        &kv, fatal);
     add_parameter(r, "KV", "lb/ft", "plate bearing test", kv);
 }
 
@@ -373,7 +377,8 @@ static void read_subgrade(struct reader *r)
     char path[PATH_MAX];
     const char *records = json_string_value(json_object_get(r->readings, "records"));
     const struct estimate length_ft = read_estimate(r, "mat_length_ft"),
-                          mat_ft2 = params_mat_area(length_ft, read_estimate(r, "mat_width_ft"));
+                          mat_ft2 = params_compute_mat_area(length_ft,
+                                                            read_estimate(r, "mat_width_ft"));
     const int mats = (int)read_estimate(r, "mats").value;
     struct estimate mean = {0.0, 0.0}, k = {0.0, 0.0}, kv;
     struct inspections all;
@@ -400,7 +405,8 @@ static void read_subgrade(struct reader *r)
                       "no plate test: %s: subgrade: %s; set records to a campaign with subgrade "
                       "records that have bearing_lb_in3",
                       r->path, path);
-        kv = params_mat_area(k, mat_ft2); /* params_mat_area is used here for its product */
+        kv = params_compute_mat_area(
+            k, mat_ft2); /* params_compute_mat_area is used here for its product */
         json_array_append_new(along, cli_json_number(kv.value, 6));
         mean = (struct estimate){mean.value + kv.value / (mats + 1), fmax(mean.error, kv.error)};
     }

@@ -23,7 +23,7 @@
 #define CHECKS_TIMEOUT_S        16.0
 #define DATABASE_CHECK_MAX_S    1.5 /* time limit for checking the database, s */
 /* time to wait for another program that writes to the campaign, s */
-#define LOCK_WAIT_S             0.4
+#define LOCK_TIMEOUT_S          0.4
 #define S_PER_DAY               86400
 #define LIVE_DURATION_S         30 /* time after which the board stops live readings by itself, s */
 #define LIVE_RENEWAL_INTERVAL_S 5.0
@@ -43,12 +43,12 @@ static struct store *open_campaign(const struct request *request, struct ready_i
     struct statvfs disk;
     int64_t bytes = 0, landings = 0;
     struct store *store = program_open_or_create_campaign(request->cli, request->db);
-    store_set_wait_s(store, LOCK_WAIT_S);
+    store_set_wait_s(store, LOCK_TIMEOUT_S);
     if (store_check_integrity(store, DATABASE_CHECK_MAX_S, &f->database_checked, &wrong) != MR_OK ||
         store_begin(store, &wrong) != MR_OK || store_commit(store, &wrong) != MR_OK)
         snprintf(f->database_fault, sizeof f->database_fault, "%.180s", wrong.text);
     wrong = (struct error){0};
-    f->landing_bytes = READY_LANDING_BYTES;
+    f->landing_bytes = READY_DEFAULT_LANDING_BYTES;
     if (store_size_get(store, &bytes, &landings, &wrong) == MR_OK && landings > 0 &&
         (double)bytes / (double)landings > f->landing_bytes)
         f->landing_bytes = (double)bytes / (double)landings;

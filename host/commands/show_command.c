@@ -17,12 +17,12 @@
 
 /* ---- all landings ---- */
 
-#define NOTE_SHOWN_MAX 60 /* maximum characters of a note in the printed table */
+#define NOTE_CHARACTERS_MAX 60 /* maximum characters of a note in the printed table */
 
 /* Facts for one row of the list of landings. Samples are loaded only if it is doubtful whether the
  * gear stopped, so that thousands of landings can be listed without delay. */
 struct preview {
-    struct measured measured; /* loaded by measured_load_gear */
+    struct measured_landing measured; /* loaded by measured_load_gear */
     struct zones zones;
     /* numbers of lost, dropped and missing data of each link */
     struct summary_link link[LINK_KINDS];
@@ -71,17 +71,17 @@ static void preview_free(struct preview *preview)
  * the notes instead, because it applies to most imported landings. */
 static void state_text(const struct preview *preview, char *out, size_t size)
 {
-    const struct measured *measured = &preview->measured;
+    const struct measured_landing *measured = &preview->measured;
     snprintf(out, size, "%lld, %s%s%s%s%s", (long long)preview->measured.landing.board_landing,
              mr_landing_state_text((unsigned)preview->measured.landing.state),
              preview->journal.is_void ? ", VOID" : "", preview->imported ? ", imported" : "",
-             measured->has_calibration_dates ? measured_marks_text(measured)
+             measured->has_calibration_dates ? measured_quality_text(measured)
              : measured->is_start_missing    ? ", torn"
                                              : "",
              measured_is_emulated(&measured->landing) ? ", emulated" : "");
 }
 
-static void add_motion(const struct measured *measured, struct answer *answer)
+static void add_motion(const struct measured_landing *measured, struct answer *answer)
 {
     const struct mr_gates_summary *fit = &measured->summary;
     const struct mr_estimate none = {(double)NAN, (double)NAN};
@@ -100,12 +100,12 @@ static void add_warning(const struct preview *preview, struct answer *answer)
 {
     const struct zone_warning *w = &preview->zones.warning;
     const struct unit *station = unit_get(UNIT_STATION, answer_is_si(answer));
-    char doubt[ZONES_DOUBT_SIZE], label[20];
+    char doubt[ZONES_REASON_SIZE], label[20];
     bool watched = preview->measured.source != MEASURED_IMPORT;
-    bool all_heard = watched && !zones_format_missed_warning_doubt(&preview->zones.received,
-                                                                   (double)INFINITY, doubt);
+    bool all_heard = watched && !zones_format_missed_warning_reason(&preview->zones.received,
+                                                                    (double)INFINITY, doubt);
     snprintf(label, sizeof label, "warned of|%s", station->text);
-    if (w->was_warned)
+    if (w->has_warning)
         answer_add_text(answer, NULL, label, "%.1f to %.1f", station->factor * w->longest_start_ft,
                         station->factor * w->longest_end_ft)
             ->is_warning = true;
@@ -114,15 +114,15 @@ static void add_warning(const struct preview *preview, struct answer *answer)
                         !watched    ? "no board"
                         : all_heard ? "none"
                                     : "not known");
-    answer_add_flag(answer, "warned", NULL, w->was_warned);
+    answer_add_flag(answer, "warned", NULL, w->has_warning);
     answer_add_flag(answer, "all_heard", NULL, all_heard);
-    answer_add_value(answer, "warning_t", NULL, UNIT_TIME, w->was_warned ? w->t_s : (double)NAN, 3)
+    answer_add_value(answer, "warning_t", NULL, UNIT_TIME, w->has_warning ? w->t_s : (double)NAN, 3)
         ->digits = 9;
     answer_add_value(answer, "warning_start", NULL, UNIT_STATION,
-                     w->was_warned ? w->longest_start_ft : (double)NAN, 1)
+                     w->has_warning ? w->longest_start_ft : (double)NAN, 1)
         ->digits = 9;
     answer_add_value(answer, "warning_end", NULL, UNIT_STATION,
-                     w->was_warned ? w->longest_end_ft : (double)NAN, 1)
+                     w->has_warning ? w->longest_end_ft : (double)NAN, 1)
         ->digits = 9;
 }
 
@@ -147,7 +147,7 @@ static void append_text(char *out, size_t size, const char *text)
 /* Adds the newest note, the numbers of notes and observations, and warnings. */
 static void add_notes(const struct preview *preview, struct answer *answer)
 {
-    char text[NOTE_SHOWN_MAX + 140] = "", part[NOTE_SHOWN_MAX + 40];
+    char text[NOTE_CHARACTERS_MAX + 140] = "", part[NOTE_CHARACTERS_MAX + 40];
     const char *newest = NULL;
     size_t notes = 0;
     for (size_t i = 0; i < preview->journal.change_count; i++) {
@@ -165,11 +165,11 @@ static void add_notes(const struct preview *preview, struct answer *answer)
     }
     if (newest) {
         size_t length = strlen(newest),
-               shown = length > NOTE_SHOWN_MAX ? NOTE_SHOWN_MAX - 3 : length;
-        while (length > NOTE_SHOWN_MAX && ((unsigned char)newest[shown] & 0xc0u) == 0x80u)
+               shown = length > NOTE_CHARACTERS_MAX ? NOTE_CHARACTERS_MAX - 3 : length;
+        while (length > NOTE_CHARACTERS_MAX && ((unsigned char)newest[shown] & 0xc0u) == 0x80u)
             shown--; /* do not cut a multi-byte character */
         snprintf(part, sizeof part, "%.*s%s", (int)shown, newest,
-                 length > NOTE_SHOWN_MAX ? "..." : "");
+                 length > NOTE_CHARACTERS_MAX ? "..." : "");
         append_text(text, sizeof text, part);
     }
     if (notes > 1) {

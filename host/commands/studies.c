@@ -19,8 +19,8 @@
 
 #define STUDY_PROGRAM "matrig-study"
 
-static bool try_program(char *path, size_t size, const char *folder, size_t length,
-                        const char *below)
+static bool find_executable(char *path, size_t size, const char *folder, size_t length,
+                            const char *below)
 {
     struct stat file;
     int need = snprintf(path, size, "%.*s%s" STUDY_PROGRAM, (int)length, folder, below);
@@ -31,23 +31,23 @@ static bool try_program(char *path, size_t size, const char *folder, size_t leng
 /* Finds matrig-study: in the folder of the program with the path `matrig`, in ../libexec/matrig
  * relative to that folder, or in the folders listed in `search`, which has the form of PATH (empty
  * entries are skipped; NULL: no list). Returns false if it is not found. */
-static bool study_find(const char *matrig, const char *search, char *path, size_t size)
+static bool study_find_program(const char *matrig, const char *search, char *path, size_t size)
 {
     const char *slash = strrchr(matrig, '/');
     size_t length = slash ? (size_t)(slash - matrig) : 0;
-    if (slash && (try_program(path, size, matrig, length, "/") ||
-                  try_program(path, size, matrig, length, "/../libexec/matrig/")))
+    if (slash && (find_executable(path, size, matrig, length, "/") ||
+                  find_executable(path, size, matrig, length, "/../libexec/matrig/")))
         return true;
     while (search && *search) {
         length = strcspn(search, ":");
-        if (length > 0 && try_program(path, size, search, length, "/"))
+        if (length > 0 && find_executable(path, size, search, length, "/"))
             return true;
         search += length + (search[length] == ':');
     }
     return false;
 }
 
-static int fail_start(const char *command, const char *why)
+static int print_start_error(const char *command, const char *why)
 {
     struct error error = {0};
     error_set(&error, MR_IO,
@@ -64,11 +64,11 @@ int study_exec(int argc, char **argv, const struct cli *cli)
     char **words = xcalloc(4 + command_matrig.part_count + (size_t)argc + 1, sizeof *words);
     size_t count = 0;
     data_dir_program_path(matrig, sizeof matrig);
-    if (!study_find(matrig, getenv("PATH"), path, sizeof path)) {
+    if (!study_find_program(matrig, getenv("PATH"), path, sizeof path)) {
         free(words);
         snprintf(why, sizeof why,
                  "not found next to %s, in ../libexec/matrig from there, or on PATH", matrig);
-        return fail_start(argv[0], why);
+        return print_start_error(argv[0], why);
     }
     words[count++] = STUDY_PROGRAM;
     words[count++] = STUDY_STARTED_BY;
@@ -80,7 +80,7 @@ int study_exec(int argc, char **argv, const struct cli *cli)
     execv(path, words);
     snprintf(why, sizeof why, "%s (%s)", path, strerror(errno));
     free(words);
-    return fail_start(argv[0], why);
+    return print_start_error(argv[0], why);
 }
 
 /* ---- error ---- */

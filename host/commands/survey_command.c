@@ -252,7 +252,7 @@ static void add_survey(const struct survey *survey, const struct survey_results 
 struct request {
     const struct cli *cli;
     const char *db, *edges_text, *note, *from, *sheet, *load, *reason;
-    bool begins_new, end, show, can, doubtful, force;
+    bool starts_new_survey, end, show, can, doubtful, force;
     enum survey_edges edges;
     double closed_in, error_in;
     int64_t number, withdraw; /* number: 0: the newest survey; withdraw: 0: none */
@@ -518,7 +518,7 @@ static void check_sheet(const struct request *request, struct store *store)
 static void begin_survey(const struct request *request, struct store *store, struct survey *survey)
 {
     bool found = false;
-    if (!request->begins_new)
+    if (!request->starts_new_survey)
         survey_load_open(store, survey, &found, fatal);
     if (found) {
         cli_note(request->cli,
@@ -544,17 +544,18 @@ static int withdraw_survey(const struct request *request, struct store *store)
     static struct survey survey;
     struct store_withdrawal row = {
         .kind = "survey", .item = request->withdraw, .made_us = (int64_t)link_now_us()};
-    int64_t loaded_us = 0;
+    int64_t runway_loaded_us = 0;
     survey_load(store, row.item, &survey, fatal);
     snprintf(row.name, sizeof row.name, "%lld", (long long)row.item);
     annotation_copy(row.who, sizeof row.who, annotation_author(NULL));
     annotation_copy(row.reason, sizeof row.reason, request->reason);
     store_withdraw(store, &row, fatal);
-    store_gage_loaded(store, row.item, &loaded_us, fatal);
+    store_gage_loaded(store, row.item, &runway_loaded_us, fatal);
     cli_note(request->cli, "survey %lld was withdrawn, with %zu readings%s", (long long)row.item,
              survey_progress_count_read(&survey.progress),
-             loaded_us ? "; the board still uses it: load a different survey, or reset the board"
-                       : "");
+             runway_loaded_us
+                 ? "; the board still uses it: load a different survey, or reset the board"
+                 : "");
     return request->cli->json
              ? cli_print_json(json_pack("{sI}", "withdrawn", (json_int_t)row.item), 0)
              : 0;
@@ -689,7 +690,7 @@ static void load_board(const struct request *request, struct store *store,
     struct board_load loading = {.received = {false}};
     bool can = request->can || link_is_can(request->load);
     *loaded = (struct load_result){.sent_segment_count = 0};
-    if (found->slack.surveyed_segments == 0)
+    if (found->slack.surveyed_segment_count == 0)
         error_set(fatal, MR_TOO_FEW,
                   "no gage line was read: survey %lld of %s; read a gage line first",
                   (long long)survey->row.id, request->db);
@@ -845,7 +846,8 @@ static const struct command_part parts[] = {
                   "edges at which stations are read; default: left. diagonal is for mats laid at "
                   "45 degrees: you read stations and transverse distances on all four lines along "
                   "the runway, and distances along seven lines at 45 degrees"),
-    OPTION_FLAG("--new", begins_new, "start a new survey even if the last one is unfinished"),
+    OPTION_FLAG("--new", starts_new_survey,
+                "start a new survey even if the last one is unfinished"),
     OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 32.5, 34.5, SURVEY_POINT_SPACING_IN,
                      "distance between gage points with all ten joints closed; a reading exceeds "
                      "it by the opening of the\n"

@@ -35,7 +35,7 @@ struct budget_input {
     struct mr_config config;
     bool is_config_known;
     int64_t run; /* RUN of the landing; 0: only a configuration is used */
-    struct measured measured;
+    struct measured_landing measured;
     struct certificates certificates;
 };
 
@@ -96,21 +96,23 @@ static void load_budget_input(const struct request *r, struct budget_input *s)
 
 /* Returns the conditions of a reading in the landing, for the error budget: the peak in the
  * summary, or `at_value`. */
-static struct mr_error_conditions make_landing_case(const struct budget_input *s, double at_value,
-                                                    struct channel_budget *one)
+static struct mr_error_conditions set_landing_conditions(const struct budget_input *s,
+                                                         double at_value,
+                                                         struct channel_budget *one)
 {
     const struct measured_channel *channel = &s->measured.channel[one->index];
     one->channel = channel->config;
     one->channel.calibrated_day = s->config.channel[one->index].calibrated_day;
     memcpy(one->channel.serial, s->config.channel[one->index].serial, sizeof one->channel.serial);
     one->value = isnan(at_value) ? channel->peak : at_value;
-    return measured_error_case(&s->measured, channel, one->value, measured_peak_samples(channel));
+    return measured_error_conditions(&s->measured, channel, one->value,
+                                     measured_peak_sample_count(channel));
 }
 
 /* Returns the conditions of a reading of a board with this configuration, for the error budget. */
-static struct mr_error_conditions make_plain_case(const struct request *r,
-                                                  const struct budget_input *s,
-                                                  struct channel_budget *one)
+static struct mr_error_conditions set_nominal_conditions(const struct request *r,
+                                                         const struct budget_input *s,
+                                                         struct channel_budget *one)
 {
     one->channel = s->config.channel[one->index];
     bool movement = one->channel.kind == MR_KIND_DISPLACEMENT;
@@ -132,7 +134,8 @@ static bool make_budget(const struct request *r, const struct budget_input *s, u
         return false;
     struct budget_case of = {.half_range_k = r->kelvin,
                              .certificate_expanded_uncertainty = (double)NAN};
-    of.reading = s->run ? make_landing_case(s, r->at_value, one) : make_plain_case(r, s, one);
+    of.reading = s->run ? set_landing_conditions(s, r->at_value, one)
+                        : set_nominal_conditions(r, s, one);
     if (!mr_channel_is_sensor(&one->channel))
         return false;
     of.channel = &one->channel;

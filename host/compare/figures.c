@@ -172,7 +172,7 @@ void signal_compute_figures(const struct signal *s, struct signal_figures *f)
 /* Error of a stop time that is stored without one: about the time between the last edges. */
 #define UNKNOWN_STOP_TIME_ERROR_S 0.1
 
-void compare_timing_init(const struct measured *measured, struct compare_timing *clock)
+void compare_timing_init(const struct measured_landing *measured, struct compare_timing *clock)
 {
     double unused;
     clock->stop_s = measured->summary.stop_t_s.value;
@@ -223,7 +223,7 @@ struct compare_zone compare_find_closed_zone(const float *slack_in, const float 
                                              double wheel_ft)
 {
     struct mr_closure_zone run;
-    zones_find_closed_run(slack_in, remaining_in, wheel_ft, (double)INFINITY, &run);
+    zones_find_longest_zone(slack_in, remaining_in, wheel_ft, (double)INFINITY, &run);
     return convert_closed_run(&run, wheel_ft);
 }
 
@@ -249,7 +249,7 @@ struct compare_overlap compare_compute_overlap(const struct compare_zone *a,
 }
 
 /* Returns the newest zone and prediction of the board at a time. */
-static struct compare_zone find_board_zone(const struct measured *measured,
+static struct compare_zone find_board_zone(const struct measured_landing *measured,
                                            const struct compare_board_reports *reports, double t_s)
 {
     struct compare_zone zone = {.is_known = false};
@@ -272,7 +272,7 @@ static struct compare_zone find_board_zone(const struct measured *measured,
 
 /* Returns false where blocks were lost: survey openings alone, without movements, do not give the
  * zone at that time. */
-static bool has_movement(const struct measured *measured, size_t sample)
+static bool has_movement(const struct measured_landing *measured, size_t sample)
 {
     unsigned readings = 0;
     for (unsigned c = 0; c < MR_TRANSDUCERS; c++) {
@@ -284,16 +284,17 @@ static bool has_movement(const struct measured *measured, size_t sample)
     return readings >= 2;
 }
 
-static struct compare_zone find_measured_zone(const struct measured *measured,
+static struct compare_zone find_measured_zone(const struct measured_landing *measured,
                                               const struct zones_slack *survey, double t_s)
 {
     float remaining_in[MR_SEGMENTS];
     struct mr_closure_zone run;
     double sample = (t_s - measured_time_s(measured, 0)) * 1000.0;
-    if (survey->surveyed_segments == 0 || !(sample >= 0.0 && sample < (double)measured->samples) ||
+    if (survey->surveyed_segment_count == 0 ||
+        !(sample >= 0.0 && sample < (double)measured->samples) ||
         !has_movement(measured, (size_t)sample))
         return (struct compare_zone){.is_known = false};
-    zones_find_closed_segments(measured, survey, (size_t)sample, (double)INFINITY, remaining_in,
+    zones_find_longest_zone_at(measured, survey, (size_t)sample, (double)INFINITY, remaining_in,
                                &run);
     return convert_closed_run(&run, measured_station_ft(measured, t_s));
 }
@@ -310,7 +311,7 @@ static struct compare_zone find_simulated_zone(const struct compare_segment_open
 }
 
 struct zone_input {
-    const struct measured *measured;
+    const struct measured_landing *measured;
     const struct zones_slack *survey;
     const struct compare_segment_openings *segments;
     const struct compare_board_reports *reports;
@@ -355,7 +356,7 @@ static double find_longest_zone_s(const struct zone_input *in, double stop_s,
     return (double)NAN;
 }
 
-void compare_find_zones(const struct measured *measured, const struct zones_slack *survey,
+void compare_find_zones(const struct measured_landing *measured, const struct zones_slack *survey,
                         const struct compare_board_reports *reports,
                         const struct compare_segment_openings *segments,
                         struct compare_zones *zones)
@@ -396,9 +397,10 @@ static double interpolate_simulation(const struct store_simulation *row, const f
     return (double)values[i] + (k - (double)i) * (double)(values[i + 1] - values[i]);
 }
 
-void compare_fill_curves(const struct measured *measured, const struct compare_timing *clock,
-                         const struct measured_channel *channel, const struct store_simulation *row,
-                         double solver_error_in, struct compare_curves *s)
+void compare_fill_curves(const struct measured_landing *measured,
+                         const struct compare_timing *clock, const struct measured_channel *channel,
+                         const struct store_simulation *row, double solver_error_in,
+                         struct compare_curves *s)
 {
     double end_s = row->t0_s + (double)(row->length - 1) * row->dt_s;
     size_t n = measured->samples;
@@ -425,8 +427,9 @@ void compare_fill_curves(const struct measured *measured, const struct compare_t
         s->alignment_error_in[i] =
             0.5 *
             fabs(interpolate_simulation(row, row->series_in, t_s + s->time_error_s[i]) - before_in);
-        s->measured_error_in[i] = hypot(measured_error(measured, channel, s->measured_in[i], 1.0),
-                                        s->alignment_error_in[i]);
+        s->measured_error_in[i] =
+            hypot(measured_standard_error(measured, channel, s->measured_in[i], 1.0),
+                  s->alignment_error_in[i]);
         double spread_in = interpolate_simulation(row, row->spread_in, t_s);
         s->simulated_error_in[i] = hypot(solver_error_in, isnan(spread_in) ? 0.0 : spread_in);
     }
@@ -434,7 +437,7 @@ void compare_fill_curves(const struct measured *measured, const struct compare_t
 
 /* Compares the means over the last 0.2 s of the time that measurement and simulation have in
  * common. */
-static void compare_final_means(const struct measured *measured,
+static void compare_final_means(const struct measured_landing *measured,
                                 const struct measured_channel *channel,
                                 const struct compare_curves *s, struct compare_channel *out)
 {
@@ -451,14 +454,15 @@ static void compare_final_means(const struct measured *measured,
     }
     double n = (double)count;
     out->end_measured.value = sum_m / n;
-    out->end_measured.error = hypot(measured_error(measured, channel, sum_m / n, n), alignment / n);
+    out->end_measured.error = hypot(measured_standard_error(measured, channel, sum_m / n, n),
+                                    alignment / n);
     out->end_simulated.value = sum_s / n;
     out->end_simulated.error = simulated_error / n;
     out->end_en_score = signal_normalized_error(out->end_measured.value, out->end_measured.error,
                                                 out->end_simulated.value, out->end_simulated.error);
 }
 
-static void compute_channel_figures(const struct measured *measured,
+static void compute_channel_figures(const struct measured_landing *measured,
                                     const struct measured_channel *channel,
                                     const struct compare_curves *s, struct compare_channel *out)
 {
@@ -487,7 +491,7 @@ static void compute_channel_figures(const struct measured *measured,
 }
 
 /* Returns the most frequent reason for invalid readings. */
-static const char *find_most_frequent_reason(const struct measured *measured,
+static const char *find_most_frequent_reason(const struct measured_landing *measured,
                                              const struct measured_channel *channel)
 {
     size_t counts[256] = {0}, most = 0;
@@ -500,8 +504,9 @@ static const char *find_most_frequent_reason(const struct measured *measured,
                                       : mr_validity_text((unsigned)most);
 }
 
-static bool is_usable(const struct measured *measured, const struct measured_channel *channel,
-                      const struct store_simulation *row, struct compare_channel *out)
+static bool is_usable(const struct measured_landing *measured,
+                      const struct measured_channel *channel, const struct store_simulation *row,
+                      struct compare_channel *out)
 {
     size_t of = 0, valid = 0;
     double end_s = row ? row->t0_s + (double)row->length * row->dt_s : 0.0;
@@ -529,7 +534,7 @@ static bool is_usable(const struct measured *measured, const struct measured_cha
     return false;
 }
 
-static void add_channel(const struct measured *measured, const struct compare_timing *clock,
+static void add_channel(const struct measured_landing *measured, const struct compare_timing *clock,
                         const struct measured_channel *channel, const struct store_simulation *row,
                         double solver_error_in, struct compare_channel *out)
 {
@@ -553,7 +558,8 @@ static void add_channel(const struct measured *measured, const struct compare_ti
     free(series.storage);
 }
 
-void compare_compute_figures(const struct measured *measured, const struct zones_slack *survey,
+void compare_compute_figures(const struct measured_landing *measured,
+                             const struct zones_slack *survey,
                              const struct compare_board_reports *reports,
                              const struct store_simulation_head *head,
                              const struct store_simulation *rows, size_t count,
@@ -562,12 +568,12 @@ void compare_compute_figures(const struct measured *measured, const struct zones
     memset(figures, 0, sizeof *figures);
     figures->run = measured->landing.id;
     measured_format_missing_start(measured, figures->missing_start_text);
-    figures->marks = measured_marks_text(measured);
+    figures->marks = measured_quality_text(measured);
     snprintf(figures->model_file, sizeof figures->model_file, "%s", head->file);
     figures->simulation_ms = head->run_ms;
     figures->solver_error_in = head->error_in;
     figures->seed_count = head->seeds;
-    figures->surveyed_segments = survey->surveyed_segments;
+    figures->surveyed_segment_count = survey->surveyed_segment_count;
     compare_timing_init(measured, &figures->timing);
     for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
         int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, number);

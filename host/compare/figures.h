@@ -78,7 +78,7 @@ struct compare_timing {
     /* errors at equal steps from touchdown to the stop */
     double error_s[COMPARE_TIMING_POINTS + 1];
 };
-void compare_timing_init(const struct measured *measured, struct compare_timing *clock);
+void compare_timing_init(const struct measured_landing *measured, struct compare_timing *clock);
 double compare_compute_time_error_s(const struct compare_timing *clock, double t_s);
 
 /* Zones of closed mats at the same moment: measured (survey and transducers), reported by the
@@ -128,7 +128,7 @@ const struct compare_zone_moment *compare_find_moment(const struct compare_zones
 struct compare_overlap compare_compute_overlap(const struct compare_zone *measured,
                                                const struct compare_zone *other);
 
-/* zones_find_closed_run, with standard errors; an end at the wheel has none. */
+/* zones_find_longest_zone, with standard errors; an end at the wheel has none. */
 struct compare_zone compare_find_closed_zone(const float *slack_in, const float *remaining_in,
                                              double wheel_ft);
 
@@ -147,7 +147,7 @@ struct compare_segment_openings {
     size_t row_count;
     double dt_s;
 };
-void compare_find_zones(const struct measured *measured, const struct zones_slack *survey,
+void compare_find_zones(const struct measured_landing *measured, const struct zones_slack *survey,
                         const struct compare_board_reports *reports,
                         const struct compare_segment_openings *segments,
                         struct compare_zones *zones);
@@ -180,12 +180,12 @@ struct compare_figures {
     char model_file[120]; /* name of the model's file; "": not stored */
     /* reason to doubt the measured numbers (measured_format_missing_start); "": none */
     char missing_start_text[MEASURED_MISSING_START_SIZE];
-    /* texts of the landing's marks, from measured_marks_text */
+    /* texts of the landing's marks, from measured_quality_text */
     const char *marks;
     double simulation_ms, solver_error_in; /* duration of the simulation, and its error estimate */
     int64_t seed_count;
-    size_t surveyed_segments; /* number of segments with known slack */
-    size_t channel_count;     /* number of fitted transducers */
+    size_t surveyed_segment_count; /* number of segments with known slack */
+    size_t channel_count;          /* number of fitted transducers */
     struct compare_channel channel[MR_TRANSDUCERS];
     struct compare_zones zones;
     struct compare_timing timing;
@@ -193,7 +193,8 @@ struct compare_figures {
 
 /* Computes all figures. Simulation rows of channels that were not measured are ignored; a measured
  * channel without such a row is listed as not compared. */
-void compare_compute_figures(const struct measured *measured, const struct zones_slack *survey,
+void compare_compute_figures(const struct measured_landing *measured,
+                             const struct zones_slack *survey,
                              const struct compare_board_reports *reports,
                              const struct store_simulation_head *head,
                              const struct store_simulation *rows, size_t count,
@@ -212,9 +213,10 @@ struct compare_curves {
     double *storage, *t_s, *measured_in, *measured_error_in, *simulated_in, *simulated_error_in,
         *time_error_s, *alignment_error_in;
 };
-void compare_fill_curves(const struct measured *measured, const struct compare_timing *clock,
-                         const struct measured_channel *channel, const struct store_simulation *row,
-                         double solver_error_in, struct compare_curves *curves);
+void compare_fill_curves(const struct measured_landing *measured,
+                         const struct compare_timing *clock, const struct measured_channel *channel,
+                         const struct store_simulation *row, double solver_error_in,
+                         struct compare_curves *curves);
 
 /* Agreement of measured and simulated values: peak, end and arrival of each compared transducer.
  * Two values agree if En, their difference divided by twice their common standard error, is at most

@@ -21,7 +21,8 @@
 /* upper limit for the duration of a path; no landing takes that long */
 #define PATH_MAX_S                 3600.0
 
-static double compute_deceleration(const struct measured *measured, double t_s, double stop_s)
+static double compute_deceleration(const struct measured_landing *measured, double t_s,
+                                   double stop_s)
 {
     double from_s = fmax(0.0, t_s - DECELERATION_HALF_WIDTH_S);
     double to_s = fmin(stop_s, t_s + DECELERATION_HALF_WIDTH_S);
@@ -32,7 +33,7 @@ static double compute_deceleration(const struct measured *measured, double t_s, 
     return fmax(0.0, (from_ft_s - to_ft_s) / (to_s - from_s));
 }
 
-static enum mr_status set_path(const struct measured *measured, struct sim_scene *scene,
+static enum mr_status set_path(const struct measured_landing *measured, struct sim_scene *scene,
                                struct error *error)
 {
     double stop_s = measured->summary.stop_t_s.value;
@@ -75,7 +76,7 @@ static void set_gaps(const struct zones_slack *survey, struct sim_scene *scene)
     free(gap_ft);
 }
 
-enum mr_status compare_prepare_scene(const struct measured *measured,
+enum mr_status compare_prepare_scene(const struct measured_landing *measured,
                                      const struct zones_slack *survey, struct sim_scene *scene,
                                      struct error *error)
 {
@@ -246,14 +247,14 @@ static void apply_survey(struct compare_model *model, const struct zones_slack *
 /* Makes the scene that all seeds of the landing share. The scene owns path, gaps and
  * resistances. */
 static enum mr_status make_scene(const struct compare_model *model, size_t index,
-                                 const struct measured *measured, struct sim_scene *scene,
+                                 const struct measured_landing *measured, struct sim_scene *scene,
                                  struct error *error)
 {
     const struct landing_series *c = &model->series;
     struct zones_slack none;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         none.slack_in[s] = MR_NAN;
-    none.surveyed_segments = 0;
+    none.surveyed_segment_count = 0;
     if (model->is_ensemble && index >= c->landing_count)
         return error_set(
             error, MR_USAGE,
@@ -376,9 +377,9 @@ static enum mr_status simulate_seed(struct compare_model *model, size_t seed,
 }
 
 enum mr_status compare_simulate(struct compare_model *model, size_t index,
-                                const struct measured *measured, const struct zones_slack *survey,
-                                const double *station_ft, size_t stations,
-                                struct compare_simulated *s, struct error *error)
+                                const struct measured_landing *measured,
+                                const struct zones_slack *survey, const double *station_ft,
+                                size_t stations, struct compare_simulated *s, struct error *error)
 {
     memset(s, 0, sizeof *s);
     s->station_count = stations;
@@ -433,7 +434,7 @@ static char *make_scene_json(const struct compare_model *model, const struct com
 
 /* ---- a landing ---- */
 
-static size_t list_stations(const struct measured *measured,
+static size_t list_stations(const struct measured_landing *measured,
                             const struct measured_channel **channels, double *station_ft)
 {
     size_t count = 0;
@@ -490,7 +491,7 @@ static enum mr_status simulate_landing(struct compare_model *model, size_t index
                                        struct compare_landing *landing, char **scene_json,
                                        struct error *error)
 {
-    const struct measured *measured = &landing->measured;
+    const struct measured_landing *measured = &landing->measured;
     const struct measured_channel *channels[MR_TRANSDUCERS];
     double station_ft[MR_TRANSDUCERS];
     struct compare_simulated simulated;

@@ -18,7 +18,7 @@
 /* Sets the run's motion (path) and survey (gap0) in a scene that contains everything else. The path
  * has the station of the fitted motion and thrust = (aircraft / strips) a / g. MR_TOO_FEW: the
  * motion is not known. MR_TRUNCATED: the record ends before the stop. */
-enum mr_status compare_prepare_scene(const struct measured *measured,
+enum mr_status compare_prepare_scene(const struct measured_landing *measured,
                                      const struct zones_slack *survey, struct sim_scene *scene,
                                      struct error *error);
 
@@ -78,16 +78,17 @@ struct compare_simulated {
 /* Simulates landing `index` (from 0) of the model's series. The model's runways keep the resulting
  * state. The caller frees `simulated`, also after an error. */
 enum mr_status compare_simulate(struct compare_model *model, size_t index,
-                                const struct measured *measured, const struct zones_slack *survey,
-                                const double *station_ft, size_t stations,
-                                struct compare_simulated *simulated, struct error *error);
+                                const struct measured_landing *measured,
+                                const struct zones_slack *survey, const double *station_ft,
+                                size_t stations, struct compare_simulated *simulated,
+                                struct error *error);
 void compare_simulated_free(struct compare_simulated *simulated);
 
 /* One landing compared with a model; the comparison is stored in the campaign. */
 
 struct compare_landing {
     struct compare_figures figures;
-    struct measured measured;
+    struct measured_landing measured;
     struct store_simulation_head head;
     struct store_simulation row[MR_TRANSDUCERS];
     size_t row_count;

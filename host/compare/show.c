@@ -205,9 +205,9 @@ void compare_to_answer(const struct compare_figures *figures, const struct compa
             answer, NULL, "runways",
             "%lld: simulated values are means over these runways; the errors include the spread",
             (long long)figures->seed_count);
-    answer_add_text(answer, NULL, "surveyed", "%zu of %u segments", figures->surveyed_segments,
+    answer_add_text(answer, NULL, "surveyed", "%zu of %u segments", figures->surveyed_segment_count,
                     MR_SEGMENTS);
-    answer_add_count(answer, "surveyed", NULL, (int64_t)figures->surveyed_segments);
+    answer_add_count(answer, "surveyed", NULL, (int64_t)figures->surveyed_segment_count);
     size_t missing = 0;
     for (size_t i = 0; i < figures->channel_count; i++)
         missing += !figures->channel[i].is_compared;
@@ -426,7 +426,7 @@ struct channel_curves {
 
 static void channel_curves_make(const struct compare_landing *landing, struct channel_curves *sides)
 {
-    const struct measured *measured = &landing->measured;
+    const struct measured_landing *measured = &landing->measured;
     sides->count = 0;
     for (size_t i = 0; i < landing->row_count; i++) {
         const struct store_simulation *row = &landing->row[i];

@@ -30,8 +30,9 @@ static enum mr_status export_frame(void *context, const struct store_frame *stor
         return MR_OK;
     }
     double board_us = (double)stored->board_us;
-    double stamp_us = export->is_dated ? summary_convert_time(&export->time_map, board_us).host_us
-                                       : UNDATED_START_US + board_us;
+    double stamp_us = export->is_dated
+                        ? summary_convert_to_host_time(&export->time_map, board_us).host_us
+                        : UNDATED_START_US + board_us;
     if (!(stamp_us >= 0.0 && stamp_us < TIME_STAMP_MAX_US)) {
         export->frames_out_of_range++;
         return MR_OK;
@@ -46,7 +47,8 @@ static enum mr_status export_frame(void *context, const struct store_frame *stor
     return MR_OK;
 }
 
-static void report_untimed(const struct candump_export *export, bool known, const struct cli *cli)
+static void note_time_problems(const struct candump_export *export, bool known,
+                               const struct cli *cli)
 {
     if (!export->is_dated)
         cli_note(
@@ -87,7 +89,7 @@ enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const
     if (status == MR_OK)
         status = store_frames_each(store, run, LINK_CAN, export_frame, &export, error);
     if (status == MR_OK)
-        report_untimed(&export, known, cli);
+        note_time_problems(&export, known, cli);
     *rows = export.frame_count;
     return status;
 }

@@ -61,7 +61,7 @@ enum mr_status import_candump(struct store *store, const struct textfile *file,
  * `verdict` names the first one. MR_MALFORMED: a column is missing, no row is valid, or more than
  * one row in ten is invalid. `rows`: number of rows read. */
 enum mr_status csv_read(const char *text, size_t length, const char *path, struct mapping *mapping,
-                        size_t *rows, struct parse_result *verdict, struct error *error);
+                        size_t *rows, struct parse_result *parse_outcome, struct error *error);
 
 /* Finds the next frame to import in a candump log in memory, and moves `at` to the position after
  * it. */
@@ -84,8 +84,8 @@ enum mr_status import_landing(struct store *store, struct mapping *mapping,
                               struct error *error);
 
 /* Resamples one channel to blocks of the board: reading[i] belongs to block first + i; NaN:
- * missing. `usual_us`: usual time between samples. Pure function. */
-void import_resample(const struct series *series, double base_us, double usual_us, double gap_us,
-                     int64_t first, size_t blocks, float *reading);
+ * missing. `sample_period_us`: usual time between samples. Pure function. */
+void import_resample(const struct series *series, double base_us, double sample_period_us,
+                     double gap_us, int64_t first, size_t blocks, float *reading);
 
 #endif

@@ -25,12 +25,12 @@
 #define SWITCHES_MAX       64u
 #define SWITCH_ERROR_FT    0.001
 
-struct import_work {
+struct landing_import {
     struct store *store;
     struct mapping *mapping;
     const struct import_request *request;
-    struct measured template; /* landing given with --like */
-    struct store_edge *edge;  /* edges of the template landing */
+    struct measured_landing template; /* landing given with --like */
+    struct store_edge *edge;          /* edges of the template landing */
     size_t edge_count;
     double base_us; /* board time at which the file's time is 0 */
     int64_t first_block;
@@ -87,7 +87,7 @@ static bool has_readings(const struct mapping_channel *channel)
     return channel->role == MAPPING_DISPLACEMENT || channel->role == MAPPING_TENSION;
 }
 
-static enum mr_status compute_time_base(struct import_work *w,
+static enum mr_status compute_time_base(struct landing_import *w,
                                         const struct mapping_channel *channel, struct error *error)
 {
     double edge_s = find_edge_time_s(channel);
@@ -110,7 +110,7 @@ static enum mr_status compute_time_base(struct import_work *w,
                      (long long)w->request->template_run, channel->number, w->request->path);
 }
 
-static enum mr_status compute_blocks(struct import_work *w, struct error *error)
+static enum mr_status compute_blocks(struct landing_import *w, struct error *error)
 {
     const struct mapping *m = w->mapping;
     const struct mapping_channel *by = find_channel_with_role(m, MAPPING_ALIGN);
@@ -180,12 +180,12 @@ static void resample_by_mean(const struct series *s, double base_us, int64_t fir
     }
 }
 
-void import_resample(const struct series *s, double base_us, double usual_us, double gap_us,
+void import_resample(const struct series *s, double base_us, double sample_period_us, double gap_us,
                      int64_t first, size_t blocks, float *reading)
 {
     /* smaller differences of times count as 0, because times in files have six decimals */
     static const double same_us = 0.6;
-    if (usual_us < 0.75 * BLOCK_US) {
+    if (sample_period_us < 0.75 * BLOCK_US) {
         resample_by_mean(s, base_us, first, blocks, reading);
         return;
     }
@@ -206,7 +206,7 @@ void import_resample(const struct series *s, double base_us, double usual_us, do
 
 /* ---- rows of the campaign ---- */
 
-static enum mr_status put_gap(struct import_work *w, const struct mapping_channel *channel,
+static enum mr_status put_gap(struct landing_import *w, const struct mapping_channel *channel,
                               const float *reading, struct error *error)
 {
     struct store_gap gap = {
@@ -223,7 +223,7 @@ static enum mr_status put_gap(struct import_work *w, const struct mapping_channe
     return gap.count ? store_gap_put(w->store, w->session, w->run, &gap, error) : MR_OK;
 }
 
-static int64_t find_channel_index(const struct import_work *w,
+static int64_t find_channel_index(const struct landing_import *w,
                                   const struct mapping_channel *channel)
 {
     enum mr_channel_kind kind = channel->role == MAPPING_TENSION ? MR_KIND_TENSION
@@ -238,7 +238,7 @@ static int64_t find_channel_index(const struct import_work *w,
 
 /* Stores kind and station of a channel. The mapping's error is stored as linearity error, because
  * neither baseline nor reference reduces that error. */
-static enum mr_status put_configuration(struct import_work *w,
+static enum mr_status put_configuration(struct landing_import *w,
                                         const struct mapping_channel *channel, int64_t index,
                                         struct error *error)
 {
@@ -263,19 +263,21 @@ static enum mr_status put_configuration(struct import_work *w,
     return status;
 }
 
-static enum mr_status put_channel(struct import_work *w, const struct mapping_channel *channel,
+static enum mr_status put_channel(struct landing_import *w, const struct mapping_channel *channel,
                                   float *reading, struct error *error)
 {
-    double usual_us = 1e6 * compute_median_step_s(&channel->series);
-    double gap_us = isnan(w->mapping->gap_min_s) ? GAP_STEPS_MIN * usual_us
+    double sample_period_us = 1e6 * compute_median_step_s(&channel->series);
+    double gap_us = isnan(w->mapping->gap_min_s) ? GAP_STEPS_MIN * sample_period_us
                                                  : 1e6 * w->mapping->gap_min_s;
     int64_t index = find_channel_index(w, channel);
     for (size_t i = 0; i < w->block_count; i++)
         reading[i] = (float)NAN;
     if (channel->series.count)
-        import_resample(&channel->series, w->base_us, usual_us, gap_us, w->first_block,
+        import_resample(&channel->series, w->base_us, sample_period_us, gap_us, w->first_block,
                         w->block_count, reading);
-    int64_t stride = usual_us > 1.5 * BLOCK_US && usual_us < 1e6 ? llround(usual_us / BLOCK_US) : 1;
+    int64_t stride = sample_period_us > 1.5 * BLOCK_US && sample_period_us < 1e6
+                       ? llround(sample_period_us / BLOCK_US)
+                       : 1;
     struct store_imported_channel row = {.index = index,
                                          .first_block = w->first_block,
                                          .stride = stride,
@@ -286,7 +288,7 @@ static enum mr_status put_channel(struct import_work *w, const struct mapping_ch
            put_gap(w, channel, reading, error);
 }
 
-static enum mr_status put_channels(struct import_work *w, struct error *error)
+static enum mr_status put_channels(struct landing_import *w, struct error *error)
 {
     unsigned unknown = 0;
     for (size_t c = 0; c < w->mapping->channel_count; c++) {
@@ -314,7 +316,7 @@ static enum mr_status put_channels(struct import_work *w, struct error *error)
 }
 
 /* Stores a switch and, if known, the time it opened. */
-static enum mr_status put_switch(struct import_work *w, unsigned position, double station_ft,
+static enum mr_status put_switch(struct landing_import *w, unsigned position, double station_ft,
                                  double edge_s, struct error *error)
 {
     struct store_switch place = {position, 1, station_ft};
@@ -336,7 +338,7 @@ static int compare_times(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static enum mr_status put_edges(struct import_work *w, struct error *error)
+static enum mr_status put_edges(struct landing_import *w, struct error *error)
 {
     enum mr_status status = MR_OK;
     qsort(w->found_edges, w->found_edge_count, sizeof w->found_edges[0], compare_times);
@@ -355,7 +357,7 @@ static enum mr_status put_edges(struct import_work *w, struct error *error)
 
 /* Computes the times of switch edges from the gear's position and the stations of the rig's
  * switches. */
-static enum mr_status make_gear_edges(struct import_work *w, struct mapping_channel gear,
+static enum mr_status make_gear_edges(struct landing_import *w, struct mapping_channel gear,
                                       struct error *error)
 {
     enum mr_status status = MR_OK;
@@ -366,7 +368,7 @@ static enum mr_status make_gear_edges(struct import_work *w, struct mapping_chan
     return status ?: put_edges(w, error);
 }
 
-static enum mr_status make_switch_edges(struct import_work *w, struct error *error)
+static enum mr_status make_switch_edges(struct landing_import *w, struct error *error)
 {
     enum mr_status status = MR_OK;
     for (size_t c = 0; c < w->mapping->channel_count && status == MR_OK; c++) {
@@ -378,7 +380,7 @@ static enum mr_status make_switch_edges(struct import_work *w, struct error *err
     return status ?: put_edges(w, error);
 }
 
-static enum mr_status copy_template(struct import_work *w, struct error *error)
+static enum mr_status copy_template(struct landing_import *w, struct error *error)
 {
     struct store_switch *place = NULL;
     struct store_segment *segment = NULL;
@@ -397,7 +399,7 @@ static enum mr_status copy_template(struct import_work *w, struct error *error)
     return status;
 }
 
-static enum mr_status put_gear(struct import_work *w, struct error *error)
+static enum mr_status put_gear(struct landing_import *w, struct error *error)
 {
     const struct mapping_channel *gear = find_channel_with_role(w->mapping, MAPPING_GEAR);
     if (w->request->template_run)
@@ -407,7 +409,7 @@ static enum mr_status put_gear(struct import_work *w, struct error *error)
     return gear ? make_gear_edges(w, *gear, error) : MR_OK;
 }
 
-static enum mr_status put_landing(struct import_work *w, struct error *error)
+static enum mr_status put_landing(struct landing_import *w, struct error *error)
 {
     const struct mapping *m = w->mapping;
     char spec[500];
@@ -441,7 +443,7 @@ enum mr_status import_landing(struct store *store, struct mapping *mapping,
                               const struct import_request *request, struct import_result *result,
                               struct error *error)
 {
-    struct import_work w = {.store = store, .mapping = mapping, .request = request};
+    struct landing_import w = {.store = store, .mapping = mapping, .request = request};
     if ((!request->template_run ||
          (measured_load(store, request->template_run, &w.template, error) == MR_OK &&
           store_edges(store, request->template_run, &w.edge, &w.edge_count, error) == MR_OK)) &&

@@ -378,10 +378,10 @@ static const struct unit *get_channel_unit(const struct measured_channel *channe
 static void describe_reading(struct export_context *place, const struct measured_channel *channel,
                              unsigned column, bool si)
 {
-    const struct measured *measured = &place->summary->measured;
+    const struct measured_landing *measured = &place->summary->measured;
     bool moves = channel->config.kind == MR_KIND_DISPLACEMENT;
     double factor = get_channel_unit(channel, si)->factor;
-    double one = measured_error(measured, channel, channel->peak, 1.0);
+    double one = measured_standard_error(measured, channel, channel->peak, 1.0);
     char name[32], comment[200];
     snprintf(name, sizeof name, "%s_%u", moves ? "displacement" : "tension",
              channel->config.number);
@@ -407,7 +407,7 @@ static void describe_reading(struct export_context *place, const struct measured
 static void describe_readings(struct export_context *place,
                               const struct measured_channel **channels, unsigned count, bool si)
 {
-    const struct measured *measured = &place->summary->measured;
+    const struct measured_landing *measured = &place->summary->measured;
     const char *since = measured->is_t0_touchdown ? "since_touchdown"
                       : measured->gate_count      ? "since_first_edge"
                                                   : "since_arming";
@@ -454,7 +454,7 @@ static void mark_invalid(uint8_t *row, unsigned row_bytes, unsigned bit)
 static void put_reading_row(struct export_context *place, const struct measured_channel **channels,
                             unsigned count, size_t sample, bool si)
 {
-    const struct measured *measured = &place->summary->measured;
+    const struct measured_landing *measured = &place->summary->measured;
     uint8_t row[8 * READING_FIXED_COLUMNS + 4 * MR_CHANNELS + 8] = {0};
     unsigned row_bytes = 8 * READING_FIXED_COLUMNS + 4 * count;
     double t_s = measured_time_s(measured, sample), unused;
@@ -482,7 +482,7 @@ static void put_reading_row(struct export_context *place, const struct measured_
 
 static void put_readings(struct export_context *place, bool si)
 {
-    const struct measured *measured = &place->summary->measured;
+    const struct measured_landing *measured = &place->summary->measured;
     const struct measured_channel *channels[MR_CHANNELS];
     unsigned count = (unsigned)measured_list_channels(measured, channels);
     if (measured->source == MEASURED_NO_SOURCE || measured->samples == 0)
@@ -630,7 +630,7 @@ static enum mr_status find_first_frame(void *context, const struct store_frame *
 
 /* Finds the earliest board time of the data; STORE_NONE: no data. */
 static enum mr_status find_start_us(struct store *store, int64_t run,
-                                    const struct measured *measured, int64_t *zero_us,
+                                    const struct measured_landing *measured, int64_t *zero_us,
                                     struct error *error)
 {
     *zero_us = STORE_NONE;

@@ -346,13 +346,13 @@ static void add_row(struct csv_table *t, double time_s)
 }
 
 enum mr_status csv_read(const char *text, size_t length, const char *path, struct mapping *mapping,
-                        size_t *rows, struct parse_result *verdict, struct error *error)
+                        size_t *rows, struct parse_result *parse_outcome, struct error *error)
 {
     struct csv_table t = {.position = text,
                           .end = text + length,
                           .path = path,
                           .mapping = mapping,
-                          .result = verdict,
+                          .result = parse_outcome,
                           .last_s = (double)NAN};
     const char *line;
     double time_s = (double)NAN;
@@ -363,12 +363,13 @@ enum mr_status csv_read(const char *text, size_t length, const char *path, struc
             add_row(&t, time_s);
     }
     *rows = t.row_count;
-    if (status == MR_OK && (t.row_count == 0 || verdict->bad_lines > t.row_count / 9))
+    if (status == MR_OK && (t.row_count == 0 || parse_outcome->bad_lines > t.row_count / 9))
         return error_set(error, MR_MALFORMED,
                          "%zu rows are valid, %zu are not: %s line %zu, column %zu: %s; check that "
                          "the mapping fits the file",
-                         t.row_count, verdict->bad_lines, path, verdict->line, verdict->column,
-                         verdict->fault_text ? verdict->fault_text : "no rows");
+                         t.row_count, parse_outcome->bad_lines, path, parse_outcome->line,
+                         parse_outcome->column,
+                         parse_outcome->fault_text ? parse_outcome->fault_text : "no rows");
     return status;
 }
 

@@ -54,7 +54,7 @@ static void read_ancillary_data(struct msghdr *message, struct ancillary_data *c
  * bytes in the queue. The queue therefore holds more than half a second of frames, even if the
  * kernel counts each frame twice. */
 #define SOCKET_QUEUE_BYTES (8 * 1024 * 1024)
-#define SEND_WAIT_MS       1000
+#define SEND_TIMEOUT_MS    1000
 
 _Static_assert(LINK_ID_EXTENDED == CAN_EFF_FLAG && LINK_ID_REMOTE == CAN_RTR_FLAG &&
                    LINK_ID_ERROR == CAN_ERR_FLAG,
@@ -200,7 +200,7 @@ static enum mr_status can_send(struct link *link, const uint8_t *bytes, size_t l
 {
     struct can_frame raw = {.can_id = mr_get_u32(&bytes), .can_dlc = *bytes};
     struct pollfd ready = {.fd = link->fd, .events = POLLOUT};
-    uint64_t until_us = monotonic_us() + SEND_WAIT_MS * 1000u;
+    uint64_t until_us = monotonic_us() + SEND_TIMEOUT_MS * 1000u;
     (void)length;
     memcpy(raw.data, bytes + 4, sizeof raw.data);
     while (write(link->fd, &raw, sizeof raw) != (ssize_t)sizeof raw) {

@@ -21,7 +21,7 @@
 #define REOPEN_PERIOD_US        250000u
 #define DEVICE_ABSENCE_MAX_US   10000000u
 #define SERVICE_PERIOD_US       1000000u
-#define SEND_WAIT_MS            1000 /* longest time to wait for room when sending, ms */
+#define SEND_TIMEOUT_MS         1000 /* longest time to wait for room when sending, ms */
 /* A reading of both clocks that took longer than this was interrupted and is repeated. */
 #define CLOCK_READING_MAX_US    50
 #define CLOCK_READING_TRIES_MAX 10
@@ -548,8 +548,8 @@ enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size
 static enum mr_status lock_device(struct link *link, struct error *error)
 {
     bool is_locked = false;
-    for (int waited_ms = 0;
-         !(is_locked = pthread_mutex_trylock(&link->device_lock) == 0) && waited_ms < SEND_WAIT_MS;
+    for (int waited_ms = 0; !(is_locked = pthread_mutex_trylock(&link->device_lock) == 0) &&
+                            waited_ms < SEND_TIMEOUT_MS;
          waited_ms++)
         poll(NULL, 0, 1);
     if (is_locked && link->absence_reason.status == MR_OK)

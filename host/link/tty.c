@@ -62,7 +62,7 @@ static enum mr_status pts_open(struct link *link, const char *path, int baud, st
 
 /* ---- serial: ---- */
 
-#define WRITE_WAIT_MS          1000u
+#define WRITE_TIMEOUT_MS       1000u
 #define BAUD_MAX               20000000
 /* Directory of pseudo-terminals. They are accepted as serial ports, for socat or an emulated
  * adapter. */
@@ -351,7 +351,7 @@ static enum mr_status serial_send(struct link *link, const uint8_t *bytes, size_
     const struct tty *tty = link->tty;
     if (!tty->port)
         return link_write(link, bytes, length, error);
-    enum sp_return count = sp_blocking_write(tty->port, bytes, length, WRITE_WAIT_MS);
+    enum sp_return count = sp_blocking_write(tty->port, bytes, length, WRITE_TIMEOUT_MS);
     if (count < 0)
         return error_set(error, MR_IO, "cannot send (%s): %s; check that the device is plugged in",
                          strerror(sp_last_error_code()), tty->spec);

@@ -11,7 +11,7 @@
 
 #define OPEN_TRIES_MAX  250
 #define OPEN_PAUSE_MS   20 /* pause between two tries; the tries take 5 s in all */
-#define SEND_WAIT_MS    1000
+#define SEND_TIMEOUT_MS 1000
 /* struct can_frame: id u32, length, 3 bytes of padding, 8 bytes of data; little-endian hosts */
 #define CAN_FRAME_BYTES 16u
 
@@ -97,7 +97,7 @@ enum mr_status link_write(struct link *link, const uint8_t *bytes, size_t length
         if (count < 0 && errno != EAGAIN && errno != EINTR)
             return error_set(error, MR_IO, "cannot send (%s): %s; check that the board is running",
                              strerror(errno), link->spec);
-        if (poll(&ready, 1, SEND_WAIT_MS) == 0)
+        if (poll(&ready, 1, SEND_TIMEOUT_MS) == 0)
             return error_set(error, MR_TIMEOUT,
                              "the board accepts no data: %s; check that it is not stopped",
                              link->spec);

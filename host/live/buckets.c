@@ -21,7 +21,7 @@ static void reset_buckets(struct live_buckets *b)
             .value = MISSING_VALUE, .block = -1, .min = MISSING_VALUE, .max = MISSING_VALUE};
     for (unsigned i = 0; i < LIVE_OPEN_BUCKETS_MAX; i++)
         b->open_bucket[i].number = -1;
-    b->newest_block[LINK_CAN] = b->newest_block[LINK_SERIAL] = b->closed_up_to =
+    b->newest_block[LINK_CAN] = b->newest_block[LINK_SERIAL] = b->newest_closed_bucket =
         b->newest_record_block = -1;
 }
 
@@ -40,8 +40,8 @@ static void close_bucket(struct live_buckets *b, struct live_bucket *bucket)
         b->late_reading_count++;
     }
     b->closed_bucket[b->closed_count++] = *bucket;
-    if (bucket->number > b->closed_up_to)
-        b->closed_up_to = bucket->number;
+    if (bucket->number > b->newest_closed_bucket)
+        b->newest_closed_bucket = bucket->number;
     bucket->number = -1;
 }
 
@@ -80,7 +80,7 @@ static struct live_bucket *find_bucket(struct live_buckets *b, int64_t block)
 {
     int64_t number = block / LIVE_BUCKET_BLOCKS;
     struct live_bucket *bucket = &b->open_bucket[number % LIVE_OPEN_BUCKETS_MAX];
-    if (block < 0 || number <= b->closed_up_to) {
+    if (block < 0 || number <= b->newest_closed_bucket) {
         b->late_reading_count += block >= 0;
         return NULL;
     }

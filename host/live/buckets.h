@@ -48,7 +48,7 @@ struct live_buckets {
      * was not read in time */
     uint64_t record_count, late_reading_count;
     struct live_bucket open_bucket[LIVE_OPEN_BUCKETS_MAX];
-    int64_t closed_up_to; /* number of the last closed bucket */
+    int64_t newest_closed_bucket; /* number of the last closed bucket */
     struct live_bucket closed_bucket[LIVE_CLOSED_BUCKETS_MAX];
     unsigned closed_count;
 };

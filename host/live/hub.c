@@ -35,7 +35,7 @@
 #define BUCKETS_PER_EVENT     64
 #define FIRST_COMMAND_TAG     0x7601u
 #define MESSAGE_SLOTS_MAX     1024u
-#define OUTCOME_PLACE         ((unsigned)MR_MESSAGE_COUNT) /* slot of the outcome of a landing */
+#define OUTCOME_MESSAGE_INDEX ((unsigned)MR_MESSAGE_COUNT) /* slot of the outcome of a landing */
 /* readings from CAN are ignored while the newest block record from serial is not older than this */
 #define RECORD_AGE_MAX_BLOCKS 500
 
@@ -86,7 +86,7 @@ struct live_hub {
 
     struct mr_command command;
     /* a viewer's command was given, sent, answered */
-    bool command_given, command_sent, command_answered;
+    bool has_command, command_sent, command_answered;
     int64_t command_expires_us;
     enum mr_status command_answer;
     uint16_t command_tag;
@@ -321,7 +321,7 @@ enum mr_status live_hub_open(const struct live_source *source, struct live_hub *
     return MR_OK;
 }
 
-static void drop_oldest(struct live_hub *hub)
+static void discard_oldest_event(struct live_hub *hub)
 {
     struct live_event *event = &hub->event[hub->first_event++ % EVENTS_MAX];
     hub->event_bytes -= event->length;
@@ -334,7 +334,7 @@ void live_hub_close(struct live_hub *hub)
     if (!hub)
         return;
     while (hub->first_event < hub->next_event)
-        drop_oldest(hub);
+        discard_oldest_event(hub);
     for (unsigned i = 0; i < hub->slot_count; i++)
         free(hub->slot[i].text);
     if (hub->pending_stream)
@@ -366,13 +366,13 @@ static void publish_event(struct live_hub *hub, enum event_kind kind, char *json
     while (hub->first_event < hub->next_event &&
            (hub->next_event - hub->first_event == EVENTS_MAX ||
             hub->event_bytes + length > EVENT_BYTES_MAX))
-        drop_oldest(hub);
+        discard_oldest_event(hub);
     hub->event[hub->next_event++ % EVENTS_MAX] = (struct live_event){kind, text, length};
     hub->event_bytes += length;
     pthread_cond_broadcast(&hub->event_added);
 }
 
-static char *dump_and_free(json_t *json)
+static char *convert_to_text_and_free(json_t *json)
 {
     char *text = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
     json_decref(json);
@@ -441,7 +441,7 @@ static void publish_due_events(struct live_hub *hub)
         publish_messages(hub);
     if (now - hub->state_published_ms >= STATE_PERIOD_MS) {
         hub->state_published_ms = now;
-        publish_event(hub, EVENT_STATE, dump_and_free(make_state_json(hub)));
+        publish_event(hub, EVENT_STATE, convert_to_text_and_free(make_state_json(hub)));
     }
     if (now - hub->readings_published_ms >= READINGS_PERIOD_MS) {
         live_buckets_close_complete(&hub->buckets);
@@ -488,7 +488,7 @@ static bool belongs_to_landing(unsigned place)
     case MR_INDEX_MOTION_ERROR:
     case MR_INDEX_TOUCHDOWN:
     case MR_INDEX_STOP:
-    case OUTCOME_PLACE: return true;
+    case OUTCOME_MESSAGE_INDEX: return true;
     default: return false;
     }
 }
@@ -571,13 +571,13 @@ static void add_notice(struct live_hub *hub, const char *severity, bool is_outco
                        const char *words)
 {
     pthread_mutex_lock(&hub->lock);
-    char *text = dump_and_free(json_pack(
+    char *text = convert_to_text_and_free(json_pack(
         "{sssIsisnsssbso}", "m", "notice", "t", (json_int_t)link_now_us(), "l", (int)LINK_SERIAL,
         "b", "severity", severity, "outcome", is_outcome, "notice", text_to_json(words)));
     if (text)
         add_to_next_event(hub, text);
     if (is_outcome) /* for pages that are opened later */
-        store_slot(hub, make_slot_key(OUTCOME_PLACE, LINK_SERIAL, 0), text);
+        store_slot(hub, make_slot_key(OUTCOME_MESSAGE_INDEX, LINK_SERIAL, 0), text);
     else
         free(text);
     pthread_mutex_unlock(&hub->lock);
@@ -709,9 +709,9 @@ char *live_hub_snapshot(struct live_hub *hub)
     pthread_mutex_unlock(&hub->lock);
     json_t *list = messages ? json_loads(messages, 0, NULL) : NULL;
     free(messages);
-    return dump_and_free(json_pack("{sososo}", "configuration",
-                                   make_configuration_json(hub->source), "messages",
-                                   list ? list : json_array(), "state", state));
+    return convert_to_text_and_free(json_pack("{sososo}", "configuration",
+                                              make_configuration_json(hub->source), "messages",
+                                              list ? list : json_array(), "state", state));
 }
 
 /* ---- viewers ---- */
@@ -726,10 +726,10 @@ static char *make_snapshot_event(struct live_hub *hub, struct live_viewer *viewe
         return NULL;
     uint64_t before = hub->next_event ? hub->next_event - 1 : 0;
     char *parts[] = {
-        make_event_text(EVENT_CONFIGURATION, dump_and_free(make_configuration_json(hub->source)),
-                        before),
+        make_event_text(EVENT_CONFIGURATION,
+                        convert_to_text_and_free(make_configuration_json(hub->source)), before),
         make_event_text(EVENT_MESSAGES, make_slots_text(hub), before),
-        make_event_text(EVENT_STATE, dump_and_free(make_state_json(hub)), before),
+        make_event_text(EVENT_STATE, convert_to_text_and_free(make_state_json(hub)), before),
     };
     fputs("retry: 500\n", out);
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
@@ -775,7 +775,8 @@ void live_hub_end(struct live_hub *hub, const char *why)
 {
     pthread_mutex_lock(&hub->lock);
     publish_messages(hub);
-    publish_event(hub, EVENT_END, dump_and_free(json_pack("{so}", "text", text_to_json(why))));
+    publish_event(hub, EVENT_END,
+                  convert_to_text_and_free(json_pack("{so}", "text", text_to_json(why))));
     hub->has_ended = true;
     pthread_cond_broadcast(&hub->event_added);
     pthread_mutex_unlock(&hub->lock);
@@ -799,18 +800,18 @@ enum mr_status live_hub_send_command(struct live_hub *hub, unsigned code, int32_
     if ((int64_t)link_now_us() >= until_us)
         return MR_LIMIT;
     pthread_mutex_lock(&hub->lock);
-    if (hub->source->accepts_commands && !hub->command_given && !hub->has_ended) {
+    if (hub->source->accepts_commands && !hub->has_command && !hub->has_ended) {
         hub->command = (struct mr_command){
             .code = (uint8_t)code, .tag = hub->command_tag++, .argument = argument};
         hub->command_expires_us = until_us;
-        hub->command_given = true;
+        hub->has_command = true;
         hub->command_sent = hub->command_answered = false;
         while (!hub->command_answered && !hub->has_ended &&
                pthread_cond_timedwait(&hub->event_added, &hub->lock, &until) != ETIMEDOUT)
             ;
         status = hub->command_answered ? MR_OK : hub->command_sent ? MR_TIMEOUT : MR_LIMIT;
         *answer = hub->command_answer;
-        hub->command_given = false;
+        hub->has_command = false;
     }
     pthread_mutex_unlock(&hub->lock);
     return status;
@@ -819,7 +820,7 @@ enum mr_status live_hub_send_command(struct live_hub *hub, unsigned code, int32_
 bool live_hub_pop_command(struct live_hub *hub, struct mr_command *command)
 {
     pthread_mutex_lock(&hub->lock);
-    bool any = hub->command_given && !hub->command_sent &&
+    bool any = hub->has_command && !hub->command_sent &&
                (int64_t)link_now_us() < hub->command_expires_us;
     if (any) {
         *command = hub->command;

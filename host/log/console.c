@@ -44,16 +44,16 @@ void logger_note_link_faults(struct logger *logger, unsigned link)
     const struct link_counters *counters = &logger->counters[link];
     uint64_t now_us = monotonic_us();
     for (unsigned i = 0; i < LINK_FAULT_COUNT; i++) {
-        uint64_t more = counters->fault_count[i] - logger->noted_fault_count[link][i];
-        bool lately = logger->last_fault_note_us[link][i] != 0 &&
-                      now_us - logger->last_fault_note_us[link][i] < NOTE_PERIOD_US;
+        uint64_t more = counters->fault_count[i] - logger->reported_fault_count[link][i];
+        bool lately = logger->last_fault_report_us[link][i] != 0 &&
+                      now_us - logger->last_fault_report_us[link][i] < NOTE_PERIOD_US;
         /* the count may have decreased: after a rollback the data is processed again, and the count
          * increases again */
-        if (counters->fault_count[i] <= logger->noted_fault_count[link][i] || lately)
+        if (counters->fault_count[i] <= logger->reported_fault_count[link][i] || lately)
             continue;
         logger_clear_progress(logger);
-        logger->noted_fault_count[link][i] = counters->fault_count[i];
-        logger->last_fault_note_us[link][i] = now_us;
+        logger->reported_fault_count[link][i] = counters->fault_count[i];
+        logger->last_fault_report_us[link][i] = now_us;
         cli_note(logger->cli, "%s: %s: %llu", link_spec(logger->link[link]), link_fault_text(i),
                  (unsigned long long)more);
     }
@@ -155,26 +155,26 @@ static void write_page(struct logger *logger)
     struct error error = {0};
     if (!logger->page_path)
         return;
-    logger->page_outdated = logger->page_child != 0;
+    logger->page_outdated = logger->page_process != 0;
     if (logger->page_outdated)
         return;
     const int streams[3] = {-1, open("/dev/null", O_WRONLY | O_CLOEXEC), -1};
-    if (process_start(logger->cli->si ? words : plain, streams, &logger->page_child, &error) !=
+    if (process_start(logger->cli->si ? words : plain, streams, &logger->page_process, &error) !=
         MR_OK)
         /* if the page cannot be written, the log still succeeds; its summary is printed anyway */
-        logger->page_child = 0;
+        logger->page_process = 0;
     close(streams[1]);
 }
 
 void logger_update_page(struct logger *logger, bool end)
 {
     int status;
-    while (logger->page_child) {
+    while (logger->page_process) {
         if (end)
-            process_wait(logger->page_child, PAGE_TIMEOUT_S, &status);
-        else if (waitpid(logger->page_child, &status, WNOHANG) == 0)
+            process_wait(logger->page_process, PAGE_TIMEOUT_S, &status);
+        else if (waitpid(logger->page_process, &status, WNOHANG) == 0)
             return;
-        logger->page_child = 0;
+        logger->page_process = 0;
         if (logger->page_outdated)
             write_page(logger);
     }
@@ -375,7 +375,7 @@ void logger_note_answers(struct logger *logger)
 void logger_show_progress(struct logger *logger, bool last)
 {
     if (logger->cli->quiet || !cli_is_stderr_terminal() ||
-        monotonic_us() < logger->typed.typing_until_us ||
+        monotonic_us() < logger->typed.typing_hold_until_us ||
         (!last && monotonic_us() - logger->progress_shown_us < PROGRESS_PERIOD_US))
         return;
     char queue[40] = "";
@@ -440,9 +440,9 @@ void logger_note_missing_board(struct logger *logger)
 {
     char text[DIAGNOSIS_TEXT_SIZE];
     uint64_t now_us = monotonic_us();
-    if (logger->no_board_due_us == 0)
-        logger->no_board_due_us = now_us + NO_BOARD_TIMEOUT_US;
-    if (now_us < logger->no_board_due_us || logger->no_board_reported)
+    if (logger->no_board_deadline_us == 0)
+        logger->no_board_deadline_us = now_us + NO_BOARD_TIMEOUT_US;
+    if (now_us < logger->no_board_deadline_us || logger->no_board_reported)
         return;
     logger->no_board_reported = true;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
@@ -488,7 +488,7 @@ static uint64_t find_newest_message_us(const struct logger *logger)
     return can_us > serial_us ? can_us : serial_us;
 }
 
-uint64_t logger_silence_due_us(const struct logger *logger)
+uint64_t logger_next_silence_check_us(const struct logger *logger)
 {
     return logger->board_reported && !logger->silence_reported
              ? find_newest_message_us(logger) + ALL_LINKS_SILENCE_MIN_US
@@ -538,7 +538,7 @@ static void note_silence(struct logger *logger, const char *state, uint64_t now_
     }
 }
 
-void logger_note_presence(struct logger *logger)
+void logger_check_board_presence(struct logger *logger)
 {
     struct collector_progress p;
     uint64_t now_us = monotonic_us();
@@ -750,7 +750,7 @@ static void send_command(struct logger *logger)
     struct typed_commands *typed = &logger->typed;
     typed->command.tag = ++typed->tag;
     typed->needs_confirmation = false;
-    typed->typing_until_us = 0;
+    typed->typing_hold_until_us = 0;
     typed->deadline_us = monotonic_us() + ANSWER_TIMEOUT_US;
     typed->is_answered = false;
     typed->is_sent = logger_send(logger, &typed->command, false);
@@ -772,7 +772,7 @@ static void handle_confirmation(struct logger *logger, const char *line)
         return;
     }
     typed->needs_confirmation = false;
-    typed->typing_until_us = 0;
+    typed->typing_hold_until_us = 0;
     print_reply(logger, "not confirmed (the answer was not yes): nothing was sent\n");
     if (mr_command_parse(line, 0, &typed->command) == MR_OK)
         handle_command(logger, line);
@@ -792,11 +792,11 @@ static void handle_command(struct logger *logger, const char *line)
 {
     struct typed_commands *typed = &logger->typed;
     if (line[strspn(line, " \t\r")] == '\0') {
-        typed->typing_until_us = monotonic_us() + TYPING_HOLD_US;
+        typed->typing_hold_until_us = monotonic_us() + TYPING_HOLD_US;
         print_reply(logger, "%s: ", COMMAND_HELP);
         return;
     }
-    typed->typing_until_us = 0;
+    typed->typing_hold_until_us = 0;
     if (mr_command_parse(line, 0, &typed->command) != MR_OK ||
         (typed->command.code != MR_COMMAND_ARM &&
          (typed->command.code != MR_COMMAND_DISARM || typed->command.argument != 0)) ||
@@ -818,7 +818,7 @@ static void handle_command(struct logger *logger, const char *line)
         end = at + strcspn(at, "\n");
         print_reply(logger, "%.*s\n", (int)(end - at), at);
     }
-    typed->deadline_us = typed->typing_until_us = monotonic_us() + CONFIRM_TIMEOUT_US;
+    typed->deadline_us = typed->typing_hold_until_us = monotonic_us() + CONFIRM_TIMEOUT_US;
     if (!arm)
         print_reply(logger,
                     "disarm? The board is %s; this ends the recording. Type yes: ", recording);

@@ -28,7 +28,7 @@
 #define BACKLOG_MIN_PERMILLE   10u
 /* Time that a summary waits for the campaign, which another program locks for a moment when it
  * closes it. */
-#define SUMMARY_WAIT_MS        5000
+#define SUMMARY_TIMEOUT_MS     5000
 /* Time until the next attempt to write. Another program usually locks the campaign only for a
  * moment; a disk usually stays full for longer. */
 #define LOCKED_RETRY_PERIOD_US 20000u
@@ -67,12 +67,12 @@ enum mr_status logger_begin_transaction(struct logger *logger, struct error *err
 {
     if (logger->in_transaction)
         return MR_OK;
-    watch_note_call(&logger->watch, true);
+    watch_record_call(&logger->watch, true);
     /* SQLite must not block: the main loop tries again later and does its other work until then */
     store_set_wait_ms(logger->store, 0);
     enum mr_status status = store_begin(logger->store, error);
-    store_set_wait_ms(logger->store, SUMMARY_WAIT_MS);
-    watch_note_call(&logger->watch, false);
+    store_set_wait_ms(logger->store, SUMMARY_TIMEOUT_MS);
+    watch_record_call(&logger->watch, false);
     logger->in_transaction = status == MR_OK;
     logger->transaction_begun_us = monotonic_us();
     if (status == MR_OK && logger->collector)
@@ -97,10 +97,10 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
                            store_path(logger->store));
     if (status != MR_OK)
         return status;
-    watch_note_call(&logger->watch, true);
+    watch_record_call(&logger->watch, true);
     uint64_t from_us = monotonic_us();
     status = store_commit(logger->store, error);
-    watch_note_call(&logger->watch, false);
+    watch_record_call(&logger->watch, false);
     if (status == MR_OK) {
         store_confirm_progress(logger->store);
         watch_note_written(&logger->watch);
@@ -112,9 +112,9 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
     }
     logger->commit_duration_us = monotonic_us() - from_us;
     /* the journal file exists only after the first commit */
-    if (status == MR_OK && !logger->watch_knows_file)
+    if (status == MR_OK && !logger->is_file_watched)
         watch_set_path(&logger->watch, store_path(logger->store));
-    logger->watch_knows_file |= status == MR_OK;
+    logger->is_file_watched |= status == MR_OK;
     return status;
 }
 
@@ -312,7 +312,7 @@ bool logger_repeat_command(struct logger *logger)
            logger_send(logger, &logger->typed.command, false);
 }
 
-bool logger_send(struct logger *logger, const struct mr_command *command, bool unasked)
+bool logger_send(struct logger *logger, const struct mr_command *command, bool is_automatic)
 {
     uint8_t payload[MR_MESSAGE_BYTES_MAX];
     size_t length = mr_command_put(command, payload);
@@ -320,12 +320,13 @@ bool logger_send(struct logger *logger, const struct mr_command *command, bool u
     for (int kind = LINK_KINDS - 1; kind >= 0; kind--) {
         unsigned link = (unsigned)kind;
         struct error reason = {0};
-        if (!logger->is_link_open[link] || (unasked && logger->rejects_data[link]))
+        if (!logger->is_link_open[link] || (is_automatic && logger->rejects_data[link]))
             continue;
         send_proof(logger, link, payload);
         enum mr_status status = link_send_message(logger->link[link], logger->can_base, 0,
                                                   MR_ID_COMMAND, payload, length, &reason);
-        logger->rejects_data[link] = logger->rejects_data[link] || (unasked && status != MR_OK);
+        logger->rejects_data[link] = logger->rejects_data[link] ||
+                                     (is_automatic && status != MR_OK);
         if (status == MR_OK)
             return true;
     }
@@ -459,7 +460,7 @@ static void switch_store(struct logger *logger, struct store *store, const char 
     snprintf(logger->saved_path, sizeof logger->saved_path, "%s", path);
     logger->db_path = logger->saved_path;
     watch_set_path(&logger->watch, path);
-    logger->campaign_lost = logger->watch_knows_file = false;
+    logger->campaign_lost = logger->is_file_watched = false;
 }
 
 /* Continues in the copy of the campaign. `shared`: other programs may be using the old file. */
@@ -482,8 +483,8 @@ static void report_file_change(struct logger *logger, enum store_file_state plac
 {
     char where[4200];
     snprintf(where, sizeof where, now[0] ? "was moved to %s" : "was deleted", now);
-    snprintf(logger->removal_text, sizeof logger->removal_text, "%s %s while it was logged",
-             original,
+    snprintf(logger->file_problem_text, sizeof logger->file_problem_text,
+             "%s %s while it was logged", original,
              place == STORE_FILE_NO_JOURNAL    ? "lost its journal (-wal)"
              : place == STORE_FILE_NO_INDEX    ? "lost its journal's index (-shm)"
              : place == STORE_FILE_REPLACED    ? "was replaced by a different file"
@@ -585,18 +586,18 @@ static enum mr_status continue_in_new_campaign(struct logger *logger, enum store
     const time_t since_s = again ? (time_t)(get_oldest_queued_us(logger, &whole) / 1000000u)
                                  : time(NULL);
     whole = whole && again;
-    watch_note_call(&logger->watch, true);
+    watch_record_call(&logger->watch, true);
     enum mr_status status = MR_IO;
     for (size_t i = 0; i < 2 && status != MR_OK; i++) {
         if (access(folders[i], W_OK | X_OK) == 0 &&
             find_free_name(folders[i], original, "saved", ".db", saved, sizeof saved))
             status = create_campaign(logger, saved, whole, !again, &store, &collector, &why);
     }
-    watch_note_call(&logger->watch, false);
+    watch_record_call(&logger->watch, false);
     logger_clear_progress(logger);
     if (status != MR_OK) {
-        cli_note(logger->cli, "%s, and no new campaign can be created (%s)", logger->removal_text,
-                 why.text[0] ? why.text : "no writable folder");
+        cli_note(logger->cli, "%s, and no new campaign can be created (%s)",
+                 logger->file_problem_text, why.text[0] ? why.text : "no writable folder");
         return status;
     }
     for (unsigned link = 0; link < LINK_KINDS; link++) {
@@ -619,10 +620,10 @@ static enum mr_status continue_in_new_campaign(struct logger *logger, enum store
     fprintf(
         stderr,
         "matrig: %s: all data received since %s was saved in %s, and the log continues there%s\n",
-        logger->removal_text, since, saved, whole || !again ? "" : "; earlier data is lost");
+        logger->file_problem_text, since, saved, whole || !again ? "" : "; earlier data is lost");
     fflush(stderr);
     if (!whole)
-        snprintf(logger->data_missing_before, sizeof logger->data_missing_before, "%s", since);
+        snprintf(logger->data_missing_until, sizeof logger->data_missing_until, "%s", since);
     return MR_OK;
 }
 
@@ -636,7 +637,7 @@ static enum mr_status continue_after_size_limit(struct logger *logger, const cha
     snprintf(from, sizeof from, "%s", original);
     bool again = stat(from, &info) == 0 && info.st_size >= LARGE_CAMPAIGN_MIN_BYTES;
     snprintf(
-        logger->removal_text, sizeof logger->removal_text,
+        logger->file_problem_text, sizeof logger->file_problem_text,
         "%s has reached the maximum file size (of ulimit -f or its file system) and keeps its data",
         from);
     return continue_in_new_campaign(logger, STORE_FILE_SAME, from, again);
@@ -652,17 +653,17 @@ static enum mr_status save_removed_campaign(struct logger *logger, enum store_fi
     char saved[sizeof logger->saved_path];
     /* the rollback loses nothing, because uncommitted data is still in the queues */
     roll_back(logger);
-    watch_note_call(&logger->watch, true);
+    watch_record_call(&logger->watch, true);
     bool copied = save_copy(logger, original, saved, sizeof saved, &why) ||
                   save_copy(logger, now, saved, sizeof saved, &why) ||
                   save_copy(logger, "./here", saved, sizeof saved, &why);
-    watch_note_call(&logger->watch, false);
+    watch_record_call(&logger->watch, false);
     (void)store_refusal_pop(logger->store);
     logger_clear_progress(logger);
     /* without a copy, continue in the open file, which still accepts data */
     if (!copied) {
         cli_note(logger->cli, "%s, and cannot be saved (%s): matrig tries again in 5 s",
-                 logger->removal_text, why.text[0] ? why.text : "no writable folder");
+                 logger->file_problem_text, why.text[0] ? why.text : "no writable folder");
         return MR_OK;
     }
     const struct store_file_identity before = logger->watch.file_identity;
@@ -673,7 +674,7 @@ static enum mr_status save_removed_campaign(struct logger *logger, enum store_fi
             store_journal_remove(original, &before);
         /* printed even with --quiet */
         fprintf(stderr, "matrig: %s: all data was saved in %s, and the log continues there\n",
-                logger->removal_text, saved);
+                logger->file_problem_text, saved);
         fflush(stderr);
     }
     logger->rescue_attempt_us = 0;
@@ -686,7 +687,7 @@ enum mr_status logger_rescue_campaign(struct logger *logger, struct error *error
     uint64_t now_us = monotonic_us();
     if (place == STORE_FILE_SAME && !logger->saved_path[0])
         /* the file is in its place again, so it need not be saved */
-        logger->removal_text[0] = '\0';
+        logger->file_problem_text[0] = '\0';
     if (place == STORE_FILE_SAME ||
         (logger->rescue_attempt_us && now_us - logger->rescue_attempt_us < SAVE_RETRY_PERIOD_US))
         return MR_OK;
@@ -714,7 +715,7 @@ enum mr_status logger_rescue_campaign(struct logger *logger, struct error *error
 
 /* Longest time to wait for a campaign that refuses data after the log should end: at the end of the
  * links, at the time limit of --for, or after a signal. */
-#define END_WAIT_MAX_US      60000000u
+#define END_TIMEOUT_US       60000000u
 #define SIGNAL_WAIT_MAX_US   5000000u
 /* Two signals within this time count as one: no user is that fast, but `timeout` and `kill` of a
  * process group deliver one signal twice. */
@@ -769,7 +770,7 @@ static bool is_refusal_wait_over(struct logger *logger, uint64_t began_us)
     uint64_t since_us = refused_us > began_us ? refused_us : began_us;
     bool asked = strcmp(logger->ended_by, "signal") == 0;
     return logger->end_requested_twice ||
-           (refused_us && now_us - since_us > (asked ? SIGNAL_WAIT_MAX_US : END_WAIT_MAX_US));
+           (refused_us && now_us - since_us > (asked ? SIGNAL_WAIT_MAX_US : END_TIMEOUT_US));
 }
 
 /* Writes the data of the queues into a new campaign, because the present one refuses data. Any
@@ -786,8 +787,8 @@ static enum mr_status switch_to_new_campaign(struct logger *logger, bool *beside
                          "all received data is in the campaign, but the end of the session is not "
                          "recorded: %.250s",
                          reason);
-    snprintf(logger->removal_text, sizeof logger->removal_text, "%s accepted no more data (%.200s)",
-             store_path(logger->store), reason);
+    snprintf(logger->file_problem_text, sizeof logger->file_problem_text,
+             "%s accepted no more data (%.200s)", store_path(logger->store), reason);
     if (*beside ||
         continue_in_new_campaign(logger, STORE_FILE_SAME, store_path(logger->store), true) != MR_OK)
         return error_set(error, MR_IO,
@@ -802,7 +803,7 @@ static enum mr_status switch_to_new_campaign(struct logger *logger, bool *beside
 
 /* After everything is written, checks that the campaign file is still in its place. MR_TOO_FEW: it
  * is not, and the data of the queues must be written into another campaign. */
-static enum mr_status check_campaign_place(struct logger *logger, struct error *error)
+static enum mr_status check_campaign_location(struct logger *logger, struct error *error)
 {
     (void)watch_check_file_state(&logger->watch);
     bool gone = is_content_lost(find_file_state(logger));
@@ -813,7 +814,7 @@ static enum mr_status check_campaign_place(struct logger *logger, struct error *
     return is_content_lost(find_file_state(logger))
              ? error_set(error, MR_IO,
                          "%s, and no new campaign could be created: the logged data is lost",
-                         logger->removal_text)
+                         logger->file_problem_text)
              : MR_TOO_FEW;
 }
 
@@ -836,7 +837,7 @@ enum mr_status logger_end_session(struct logger *logger, int signals, struct err
         if (monotonic_us() >= logger->next_write_us) {
             status = went_wrong ? MR_TOO_FEW : write_queued_data(logger, &why);
             if (status == MR_TOO_FEW && write_session_end(logger, &why) == MR_OK) {
-                status = check_campaign_place(logger, error);
+                status = check_campaign_location(logger, error);
                 if (status != MR_TOO_FEW)
                     return status;
                 /* the loop then writes all data that the queues kept into the new campaign */

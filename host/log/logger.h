@@ -33,7 +33,7 @@ struct typed_commands {
     uint16_t tag; /* tag of the last command */
     uint64_t deadline_us;
     /* no progress line is drawn until this time, because the user is typing */
-    uint64_t typing_until_us;
+    uint64_t typing_hold_until_us;
 };
 
 struct logger {
@@ -42,7 +42,7 @@ struct logger {
     struct collector *collector;     /* NULL until the session begins */
     uint16_t can_base;               /* base of the board on CAN */
     const char *db_path, *page_path; /* page_path: path of the page of --page; NULL: none */
-    pid_t page_child;                /* process that writes the page; 0: none */
+    pid_t page_process;              /* process that writes the page; 0: none */
     bool page_outdated;              /* the page must be written once more after that process */
     int64_t silence_check_block;     /* newest block when silence was last checked */
     /* time since which the newest block has not changed; 0: not started */
@@ -65,12 +65,12 @@ struct logger {
     int event_fd;                              /* eventfd, written when a queue has a new item */
     struct link_counters counters[LINK_KINDS]; /* counters at the last item read */
     bool faults_changed[LINK_KINDS]; /* the counters have changed since they were last processed */
-    uint64_t noted_fault_count[LINK_KINDS]
-                              /* error counts that were last reported to the user */
-                              [LINK_FAULT_COUNT];
-    uint64_t last_fault_note_us[LINK_KINDS]
-                               /* time at which each error was last reported to the user */
-                               [LINK_FAULT_COUNT];
+    uint64_t reported_fault_count[LINK_KINDS]
+                                 /* error counts that were last reported to the user */
+                                 [LINK_FAULT_COUNT];
+    uint64_t last_fault_report_us[LINK_KINDS]
+                                 /* time at which each error was last reported to the user */
+                                 [LINK_FAULT_COUNT];
     struct watch watch;
     bool in_transaction;
     uint64_t transaction_begun_us;
@@ -79,13 +79,13 @@ struct logger {
     uint64_t next_write_us;
     /* path where the campaign was saved after its file was removed; "": not removed */
     char saved_path[4096];
-    char removal_text[9000]; /* what happened to the original file: a sentence for the user */
+    char file_problem_text[9000]; /* what happened to the original file: a sentence for the user */
     /* time of day before which data is missing; "": the campaign is complete */
-    char data_missing_before[40];
+    char data_missing_until[40];
     /* the queues were rewound, so that all items they kept are read again */
     bool queues_rewound;
     bool campaign_lost;         /* the campaign no longer contains the data logged so far */
-    bool watch_knows_file;      /* the watch thread knows the campaign and its journal */
+    bool is_file_watched;       /* the watch thread knows the campaign and its journal */
     uint64_t rescue_attempt_us; /* time of the last attempt to save the campaign */
     uint64_t progress_shown_us;
     bool rejects_data[LINK_KINDS]; /* the link does not accept data */
@@ -107,7 +107,7 @@ struct logger {
     struct live live;             /* the live page, if --live was given; otherwise all zero */
     int64_t wall_clock_offset_us; /* time of day minus the monotonic clock; 0: not determined yet */
     /* time at which to report that no board was identified; 0: not started */
-    uint64_t no_board_due_us;
+    uint64_t no_board_deadline_us;
     bool no_board_reported;
     uint64_t live_request_us;   /* time of the last request for live readings; 0: none yet */
     bool board_reported;        /* the user was informed which board was identified */
@@ -151,9 +151,9 @@ enum mr_status logger_end_session(struct logger *logger, int signals, struct err
  * journal does not remain with the new file, and returns false. */
 bool logger_close_store(struct logger *logger);
 /* Sends a command to the board, over serial if possible, otherwise over CAN; returns false if
- * neither works. `unasked`: the program and not the user sends it; a link that fails is then not
- * used for such commands again. */
-bool logger_send(struct logger *logger, const struct mr_command *command, bool unasked);
+ * neither works. `is_automatic`: the program and not the user sends it; a link that fails is then
+ * not used for such commands again. */
+bool logger_send(struct logger *logger, const struct mr_command *command, bool is_automatic);
 /* Sends a refused typed command again if a newer nonce shows that another program's command came
  * first. Returns false if it was not sent. */
 bool logger_repeat_command(struct logger *logger);
@@ -179,9 +179,9 @@ void logger_note_link_faults(struct logger *logger, unsigned link);
 void logger_note_missing_board(struct logger *logger);
 /* Reports for a real board: which board was identified, that it or one of its links has fallen
  * silent, and that it sends again. */
-void logger_note_presence(struct logger *logger);
+void logger_check_board_presence(struct logger *logger);
 /* Returns the time at which silence must be reported next; UINT64_MAX: none. */
-uint64_t logger_silence_due_us(const struct logger *logger);
+uint64_t logger_next_silence_check_us(const struct logger *logger);
 /* Reports, once, that the board on serial is not the board on CAN. */
 void logger_note_different_boards(struct logger *logger);
 enum mr_status logger_show_finished_landings(struct logger *logger, struct error *error);

@@ -328,7 +328,7 @@ enum store_file_state watch_check_file_state(struct watch *watch)
     return watch_file_state(watch);
 }
 
-void watch_note_call(struct watch *watch, bool begins)
+void watch_record_call(struct watch *watch, bool begins)
 {
     uint64_t at_us = monotonic_us();
     pthread_mutex_lock(&watch->lock);

@@ -71,7 +71,7 @@ enum store_file_state watch_check_file_state(struct watch *watch);
 
 /* ---- for the thread that writes ---- */
 
-void watch_note_call(struct watch *watch, bool begins);
+void watch_record_call(struct watch *watch, bool begins);
 /* Notes that the store refused a write for a temporary reason. */
 void watch_note_refusal(struct watch *watch, enum store_refusal refused, const char *reason);
 /* Notes that the last call of the store succeeded. */

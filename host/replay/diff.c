@@ -81,7 +81,7 @@ static bool is_excluded_message(uint16_t id)
 }
 
 /* True if the message is sent in rotation, when the bus has room. */
-static bool is_sent_in_turn(uint16_t id)
+static bool is_sent_in_rotation(uint16_t id)
 {
 #define SENT_IN_ROTATION(name, NAME) || id == MR_ID_##NAME
     return false
@@ -327,7 +327,7 @@ static void add_unmatched_message(struct comparison *c, const struct board_messa
         return;
     if (!c->options->is_exact && (double)(c->end_block - block) <= get_field_tolerance("ms"))
         return; /* not a difference: the time of the end itself may differ by this much */
-    if (is_sent_in_turn(answer->info->id) && c->bus_delay_blocks > c->end_block - block)
+    if (is_sent_in_rotation(answer->info->id) && c->bus_delay_blocks > c->end_block - block)
         /* not a difference: the counterpart would have been sent after the end of the record */
         return;
     if (!recorded && c->options->has_losses[c->row->link]) {
@@ -363,9 +363,10 @@ static void compare_messages(struct comparison *c, int link, const struct mr_mes
 {
     struct message_iterator old, new;
     begin_iterators(c, link, &old, &new);
-    int64_t slack = has_own_block(info) && c->options->is_exact      ? 0
-                  : is_sent_in_turn(info->id) && c->bus_delay_blocks ? c->bus_delay_blocks
-                                                                     : RECEPTION_BLOCK_TOLERANCE;
+    int64_t slack = has_own_block(info) && c->options->is_exact ? 0
+                  : is_sent_in_rotation(info->id) && c->bus_delay_blocks
+                      ? c->bus_delay_blocks
+                      : RECEPTION_BLOCK_TOLERANCE;
     c->queued_frames_recorded = c->queued_frames_replayed = (double)NAN;
     for (;;) {
         const struct board_message *a = advance_message(&old, info),
@@ -433,7 +434,7 @@ static int64_t compute_bus_delay(const struct comparison *c)
     int64_t most = 0;
     const struct mr_message_info *info = mr_catalogue_messages(&count);
     for (size_t i = 0; i < count; i++) {
-        for (int link = 0; link < LINK_KINDS && is_sent_in_turn(info[i].id); link++) {
+        for (int link = 0; link < LINK_KINDS && is_sent_in_rotation(info[i].id); link++) {
             int64_t late = c->options->has_losses[link] ? 0
                                                         : compute_largest_delay(c, link, &info[i]);
             most = late > most ? late : most;
@@ -492,7 +493,7 @@ static void compare_blocks(struct comparison *c)
 
 /* ---- summary ---- */
 
-static int64_t count_circumstance_faults(const struct board_messages *answers, int link)
+static int64_t count_unreproducible_faults(const struct board_messages *answers, int link)
 {
     int64_t count = 0;
     for (size_t i = 0; i < answers->message_count[link]; i++)
@@ -541,8 +542,8 @@ void diff_messages(const struct board_messages *recorded, const struct board_mes
     c.is_landing_incomplete = recorded->landing.state != MR_LANDING_DONE;
     c.are_links_faultless = true;
     for (int link = 0; link < LINK_KINDS; link++)
-        c.are_links_faultless &= count_circumstance_faults(recorded, link) == 0 &&
-                                 count_circumstance_faults(replayed, link) == 0;
+        c.are_links_faultless &= count_unreproducible_faults(recorded, link) == 0 &&
+                                 count_unreproducible_faults(replayed, link) == 0;
     c.bus_delay_blocks = compute_bus_delay(&c);
     diff->bus_delay_blocks = c.bus_delay_blocks;
     begin_row(&c, "block", LINK_SERIAL);
@@ -555,7 +556,7 @@ void diff_messages(const struct board_messages *recorded, const struct board_mes
                 continue;
             }
             if (info[i].id == MR_ID_FAULT)
-                diff->excluded_messages += count_circumstance_faults(recorded, link);
+                diff->excluded_messages += count_unreproducible_faults(recorded, link);
             begin_row(&c, info[i].name, link);
             compare_messages(&c, link, &info[i]);
             end_row(&c);

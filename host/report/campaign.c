@@ -14,7 +14,7 @@
 #include "host/report/report.h"
 #include "host/store/store_journal.h"
 
-static const double not_known = (double)NAN;
+static const double unknown_value = (double)NAN;
 
 /* ---- one row per landing ---- */
 
@@ -46,16 +46,16 @@ static void add_summary_row(const struct report_facts *facts, struct answer *ans
     answer_add_estimate(answer, NULL, "stop", UNIT_STATION, facts->stop_ft.value,
                         facts->stop_ft.error, 3);
     answer_add_estimate(answer, NULL, "largest movement", UNIT_DISPLACEMENT,
-                        largest ? largest->peak_in : not_known,
-                        largest ? largest->peak_error_in : not_known, 3);
+                        largest ? largest->peak_in : unknown_value,
+                        largest ? largest->peak_error_in : unknown_value, 3);
     answer_add_value(answer, NULL, "at station", UNIT_STATION,
-                     largest ? largest->station_ft : not_known, 0);
+                     largest ? largest->station_ft : unknown_value, 0);
     answer_add_text(answer, NULL, "warning", "%s",
-                    warning->was_warned                ? "yes"
+                    warning->has_warning               ? "yes"
                     : facts->source == MEASURED_IMPORT ? "no board"
-                    : facts->may_lack_warning          ? "not known"
+                    : facts->may_have_missed_warning   ? "not known"
                                                        : "none")
-        ->is_warning = warning->was_warned;
+        ->is_warning = warning->has_warning;
     add_zone_ends(answer, "zone", &facts->longest_warned_zone);
     answer_add_count(answer, NULL, "frames lost", facts->lost_frames);
 }
@@ -328,7 +328,7 @@ static void draw_zone_row(const struct zone_rows *rows, size_t row, const struct
             draw_bar(rows, top, 1, "closed", (double)MR_SEGMENT_LENGTH_FT * s,
                      (double)MR_SEGMENT_LENGTH_FT * (s + 1));
     }
-    if (facts->warning.was_warned)
+    if (facts->warning.has_warning)
         draw_bar(rows, top, 0, "warned", facts->longest_warned_zone.start_ft,
                  facts->longest_warned_zone.end_ft);
     else if (facts->longest_zone.mats > 0)
@@ -411,7 +411,7 @@ static void draw_band_tension(const struct report *report, unsigned bands, FILE 
                                                     .y = "average change",
                                                     .y_unit = UNIT_TENSION,
                                                     .height_px = 240});
-    figure_add_shape(&figure, "mark", not_known, not_known, 0.0, 0.0, NULL);
+    figure_add_shape(&figure, "mark", unknown_value, unknown_value, 0.0, 0.0, NULL);
     for (unsigned b = 0; b < bands; b++) {
         snprintf(name, sizeof name, "band %u", b + 1);
         for (int rose = 0; rose < 2; rose++) {
@@ -482,7 +482,7 @@ static void add_overlap(struct answer *answer, const char *label,
 
 static void add_comparison_row(const struct report_facts *facts, struct answer *answer)
 {
-    const struct report_compared *compared = &facts->comparison;
+    const struct report_comparison *compared = &facts->comparison;
     const struct compare_channel_means *mean = &compared->mean;
     answer_open_row(answer);
     answer_add_count(answer, NULL, "RUN", facts->landing.id)->is_run_number = true;
@@ -544,30 +544,30 @@ static void add_predictor_row(const struct report_facts *facts, struct answer *a
     const struct zone_warning *w = &facts->warning;
     int64_t worst = facts->worst_predictor_verdict;
     const bool watched = facts->source != MEASURED_IMPORT;
-    struct report_zone first = {0, not_known, not_known, not_known, not_known};
-    if (w->was_warned)
+    struct report_zone first = {0, unknown_value, unknown_value, unknown_value, unknown_value};
+    if (w->has_warning)
         first = (struct report_zone){w->mats, w->start_ft, w->end_ft, w->start_error_ft,
                                      w->end_error_ft};
     answer_open_row(answer);
     answer_add_count(answer, NULL, "RUN", facts->landing.id);
     answer_add_count(answer, NULL, "zone reports", (int64_t)facts->zone_report_count);
-    answer_add_text(answer, NULL, "highest level", "%s%s",
-                    w->was_warned         ? "warning"
-                    : !watched            ? "no board"
-                    : worst == STORE_NONE ? "no warning"
-                                          : mr_predictor_verdict_text((unsigned)worst),
-                    !w->was_warned && watched && facts->may_lack_warning ? ", as far as received"
-                                                                         : "")
-        ->is_warning = w->was_warned;
-    answer_add_value(answer, NULL, "first warning", UNIT_TIME, w->was_warned ? w->t_s : not_known,
-                     3);
+    answer_add_text(
+        answer, NULL, "highest level", "%s%s",
+        w->has_warning        ? "warning"
+        : !watched            ? "no board"
+        : worst == STORE_NONE ? "no warning"
+                              : mr_predictor_verdict_text((unsigned)worst),
+        !w->has_warning && watched && facts->may_have_missed_warning ? ", as far as received" : "")
+        ->is_warning = w->has_warning;
+    answer_add_value(answer, NULL, "first warning", UNIT_TIME,
+                     w->has_warning ? w->t_s : unknown_value, 3);
     answer_add_text(answer, NULL, "reason", "%s",
-                    w->was_warned && w->reason != STORE_NONE
+                    w->has_warning && w->reason != STORE_NONE
                         ? mr_predictor_reason_text((unsigned)w->reason)
                         : "");
     add_zone_ends(answer, "first zone", &first);
     answer_add_count(answer, NULL, "zone warned of (mats)",
-                     w->was_warned ? w->longest_mats : ANSWER_COUNT_UNKNOWN);
+                     w->has_warning ? w->longest_mats : ANSWER_COUNT_UNKNOWN);
     add_zone_ends(answer, "last zone", &facts->last_zone);
 }
 
@@ -616,7 +616,7 @@ static void add_record_row(const struct record_row *row, struct answer *answer)
     answer_add_text(answer, NULL, "outcome", "%s", record_verdict_text(row->verdict));
     answer_add_text(answer, NULL, "advice", "%s", record_advice_text(row, advice));
     answer_add_value(answer, NULL, "zone probability (%)", UNIT_NUMBER,
-                     row->has_advice ? 100.0 * row->advice.zone : not_known, 0);
+                     row->has_advice ? 100.0 * row->advice.zone : unknown_value, 0);
     answer_add_text(answer, NULL, "warning", "%s", warned[row->warned])->is_warning = row->warned ==
                                                                                       RECORD_WARNED;
     answer_add_value(answer, NULL, "warning at", UNIT_TIME, row->warned_t_s, 3);
@@ -692,10 +692,10 @@ static void add_advice_row(const struct store_advice *advice, const struct repor
     answer_add_value(answer, NULL, "hardest braking allowed", UNIT_DECELERATION,
                      advice->hardest_ft_s2, 1);
     answer_add_count(answer, NULL, "RUN", facts ? facts->landing.id : ANSWER_COUNT_UNKNOWN);
-    answer_add_value(answer, NULL, "speed", UNIT_SPEED, facts ? facts->speed_ft_s.value : not_known,
-                     1);
+    answer_add_value(answer, NULL, "speed", UNIT_SPEED,
+                     facts ? facts->speed_ft_s.value : unknown_value, 1);
     answer_add_value(answer, NULL, "braking", UNIT_DECELERATION,
-                     facts ? facts->deceleration_ft_s2.value : not_known, 2);
+                     facts ? facts->deceleration_ft_s2.value : unknown_value, 2);
     answer_add_text(answer, NULL, "followed", "%s",
                     !facts || facts->warning_record.advice.id != advice->id ? "\xe2\x80\x93"
                     : facts->warning_record.followed_advice_against         ? "yes"
@@ -703,9 +703,10 @@ static void add_advice_row(const struct store_advice *advice, const struct repor
                     : strcmp(advice->verdict, "against") == 0               ? "no"
                                                                             : "\xe2\x80\x93");
     answer_add_text(answer, NULL, "warning in the landing", "%s",
-                    !facts                      ? "no landing yet"
-                    : facts->warning.was_warned ? record_verdict_text(facts->warning_record.verdict)
-                                                : "none");
+                    !facts ? "no landing yet"
+                    : facts->warning.has_warning
+                        ? record_verdict_text(facts->warning_record.verdict)
+                        : "none");
     answer_add_text(answer, NULL, "reason", "%s", reason);
 }
 
@@ -833,7 +834,7 @@ static double compute_mean_tension_lb(const struct store_slow *row)
         sum += row->tension_lb[i];
         count++;
     }
-    return count ? sum / count : not_known;
+    return count ? sum / count : unknown_value;
 }
 
 static void draw_slow_readings(FILE *out, const struct store_slow *rows, const double *hours,

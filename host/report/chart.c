@@ -78,7 +78,7 @@ struct points {
 
 /* Keeps points of a column: the lowest, the highest, and one gap, so that gaps remain visible. The
  * points keep their order, and each is kept once. */
-static void keep_column_points(struct points *kept, const double *y, size_t from, size_t to)
+static void select_column_points(struct points *kept, const double *y, size_t from, size_t to)
 {
     size_t least = to, most = to, hole = to;
     for (size_t i = from; i < to; i++) {
@@ -114,7 +114,7 @@ static struct points thin_series(const struct chart_series *s, size_t columns)
             if (floor((s->x[next] - from) / width) != column)
                 break;
         }
-        keep_column_points(&kept, s->y, first, next);
+        select_column_points(&kept, s->y, first, next);
     }
     if (kept.index[kept.count - 1] != s->count - 1)
         kept.index[kept.count++] = s->count - 1;

@@ -21,7 +21,7 @@
 
 static bool has_motion_fit(const struct report_landing *landing)
 {
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     return measured->fit_status == MR_OK && measured->samples > 0;
 }
 
@@ -85,7 +85,7 @@ static void draw_board_estimates(struct figure *figure, const struct report_land
 static void draw_speed(struct figure *figure, const struct report_landing *landing,
                        struct chart_axes axes)
 {
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     double t_s[MR_GATES_MAX], mean[MR_GATES_MAX];
     double most = 1.12 * measured->summary.touchdown_speed_ft_s.value;
     struct curve curve;
@@ -116,7 +116,7 @@ static void draw_speed(struct figure *figure, const struct report_landing *landi
 static void draw_deceleration(struct figure *figure, const struct report_landing *landing,
                               struct chart_axes axes)
 {
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     double most = 1.0;
     double first_s = measured->track->first_gate.t_s,
            span_s = measured->track->last_gate.t_s - first_s,
@@ -163,7 +163,7 @@ static void write_speed(const struct report *report, const struct report_landing
                         FILE *out)
 {
     static const char *const keys[] = {"mark", "mean deceleration", NULL};
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     const struct chart_axes axes = {.x_unit = UNIT_NUMBER,
                                     .x_low = -CHART_TIME_BEFORE_TOUCHDOWN_S,
                                     .x_high = measured->summary.stop_t_s.value * 1.03};
@@ -205,7 +205,7 @@ static struct trace make_trace(const struct report_landing *landing,
                                const struct measured_channel *channel, enum trace_axis against,
                                double from_s, double to_s)
 {
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     struct trace trace = {.x = xmalloc(2 * (measured->samples + 1) * sizeof *trace.x)};
     trace.y = trace.x + measured->samples + 1;
     for (size_t i = 0; i < measured->samples; i++) {
@@ -233,8 +233,8 @@ static void draw_trace(struct figure *figure, const char *name, unsigned look, c
 
 /* Writes the sensor that the configuration names, " (LV-1023)"; "": none. */
 #define SENSOR_TEXT_SIZE 20
-static const char *sensor_text(const struct report_landing *landing, unsigned channel,
-                               char out[SENSOR_TEXT_SIZE])
+static const char *format_sensor(const struct report_landing *landing, unsigned channel,
+                                 char out[SENSOR_TEXT_SIZE])
 {
     const struct mr_channel_config *read = landing->config ? &landing->config->channel[channel]
                                                            : NULL;
@@ -248,7 +248,7 @@ static void write_movement(const struct report *report, const struct report_land
                            FILE *out)
 {
     static const char *const keys[] = {"mark", "wheel at the transducer", NULL};
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     const struct unit *station = unit_get(UNIT_STATION, report->si);
     const double end_s = measured->summary.stop_t_s.value + CHART_TIME_AFTER_STOP_S;
     char title[CHART_LABEL_SIZE], sensor[SENSOR_TEXT_SIZE];
@@ -264,7 +264,7 @@ static void write_movement(const struct report *report, const struct report_land
         const struct measured_channel *channel = &measured->channel[c];
         double at = (double)channel->config.station_ft;
         snprintf(title, sizeof title, "Transducer %u%s: %.*f %s%s", number,
-                 sensor_text(landing, (unsigned)c, sensor), report->si ? 1 : 0,
+                 format_sensor(landing, (unsigned)c, sensor), report->si ? 1 : 0,
                  station->factor * at, station->text, channel->valid_samples ? "" : ", not valid");
         figure_begin_plot(&figure, &(struct chart_axes){.title = title,
                                                         .x = "gear position",
@@ -287,7 +287,7 @@ static void write_movement(const struct report *report, const struct report_land
 static void write_movement_by_wheel_distance(const struct report *report,
                                              const struct report_landing *landing, FILE *out)
 {
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     const struct unit *station = unit_get(UNIT_STATION, report->si);
     char name[CHART_LABEL_SIZE];
     if (!has_motion_fit(landing))
@@ -320,8 +320,8 @@ static void write_movement_by_wheel_distance(const struct report *report,
         "approaches from the right; behind the wheel the distance is negative.");
 }
 
-#define WHEEL_PATH_POINTS       200
-#define ZONE_REPORT_DRAWN_MIN_S 0.05
+#define WHEEL_PATH_POINTS           200
+#define PLOTTED_ZONE_DURATION_MIN_S 0.05
 
 /* ---- the zone map ---- */
 
@@ -335,7 +335,7 @@ static void draw_closed_segment(struct figure *figure, const struct report_landi
 {
     double start_ft = (double)MR_SEGMENT_LENGTH_FT * segment,
            end_ft = start_ft + (double)MR_SEGMENT_LENGTH_FT;
-    double passed_s = measured_arrival_s(&landing->summary.measured, end_ft);
+    double passed_s = measured_arrival_time_s(&landing->summary.measured, end_ft);
     if (measured_station_ft(&landing->summary.measured, from_s) > end_ft)
         passed_s = from_s;
     passed_s = isnan(passed_s) ? to_s : fmin(to_s, fmax(from_s, passed_s));
@@ -348,7 +348,7 @@ static void draw_closed_segment(struct figure *figure, const struct report_landi
 static void draw_closed_segments(struct figure *figure, const struct report_landing *landing,
                                  double last_s)
 {
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     double since_s[MR_SEGMENTS], t_s = 0.0;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         since_s[s] = (double)NAN;
@@ -358,7 +358,7 @@ static void draw_closed_segments(struct figure *figure, const struct report_land
         t_s = measured_time_s(measured, i);
         if (t_s < -0.2 || t_s > last_s)
             continue;
-        zones_find_closed_segments(measured, &landing->survey, i, (double)INFINITY, remaining_in,
+        zones_find_longest_zone_at(measured, &landing->survey, i, (double)INFINITY, remaining_in,
                                    &zone);
         for (unsigned s = 0; s < MR_SEGMENTS; s++) {
             bool closed = remaining_in[s] < ZONES_CLOSED_SEGMENT_MAX_IN;
@@ -378,19 +378,19 @@ static void draw_closed_segments(struct figure *figure, const struct report_land
 
 static void draw_warnings(struct figure *figure, const struct report_landing *landing)
 {
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     const struct zones *zones = &landing->summary.zones;
     const struct zone_warning *warning = &zones->warning;
     for (size_t i = 0; i < zones->count; i++) {
         const struct store_zone *row = &zones->row[i];
         double t_s = zones_time_s(measured, row);
         double until_s = i + 1 < zones->count ? zones_time_s(measured, row + 1)
-                                              : t_s + ZONE_REPORT_DRAWN_MIN_S;
+                                              : t_s + PLOTTED_ZONE_DURATION_MIN_S;
         if (row->warning == 1)
             figure_add_shape(figure, "warned", row->start_ft, row->end_ft, t_s,
                              fmin(until_s, t_s + 0.1), NULL);
     }
-    if (!warning->was_warned)
+    if (!warning->has_warning)
         return;
     double t_s = fmax(warning->t_s, -0.1), wheel_ft = measured_station_ft(measured, warning->t_s);
     figure_add_shape(figure, "lead", isnan(wheel_ft) ? warning->start_ft : wheel_ft,
@@ -400,7 +400,7 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
 static void write_zone_map(const struct report *report, const struct report_landing *landing,
                            FILE *out)
 {
-    char doubt[ZONES_DOUBT_SIZE], caption[200] = "";
+    char doubt[ZONES_REASON_SIZE], caption[200] = "";
     const struct zone_warning *warning = &landing->summary.zones.warning;
     const char *keys[] = {"closed", "closed segments ahead of the wheel",
                           "behind", "closed segments behind it",
@@ -408,7 +408,7 @@ static void write_zone_map(const struct report *report, const struct report_land
                           NULL,     "zone reported, warning on",
                           "lead",   "first warning",
                           NULL};
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     const double last_s = measured->summary.stop_t_s.value + ZONE_MAP_AFTER_STOP_S;
     double x[WHEEL_PATH_POINTS + 1], t_s[WHEEL_PATH_POINTS + 1], gate_ft[MR_GATES_MAX],
         gate_s[MR_GATES_MAX];
@@ -447,9 +447,9 @@ static void write_zone_map(const struct report *report, const struct report_land
         if (measured->channel[c].config.kind == MR_KIND_DISPLACEMENT)
             figure_add_shape(&figure, "sensor", at, at, (double)NAN, (double)NAN, NULL);
     }
-    if (warning->was_warned) {
+    if (warning->has_warning) {
         keys[6] = "warned";
-        if (zones_format_earlier_warning_doubt(&landing->summary.zones, doubt))
+        if (zones_format_earlier_warning_reason(&landing->summary.zones, doubt))
             keys[9] = "first warning received";
         snprintf(caption, sizeof caption,
                  " Zone reported: by the board. First warning: line from the wheel to the end of "
@@ -464,7 +464,7 @@ static void write_zone_map(const struct report *report, const struct report_land
 
 /* Draws one rectangle for consecutive messages with the same zone. */
 static void draw_reported_zones(struct figure *figure, const struct zones *zones,
-                                const struct measured *measured)
+                                const struct measured_landing *measured)
 {
     for (size_t i = 0, next; i < zones->count; i = next) {
         const struct store_zone *row = &zones->row[i];
@@ -476,8 +476,8 @@ static void draw_reported_zones(struct figure *figure, const struct zones *zones
                 t_s > to_s + 0.001)
                 break;
             double until_s = next + 1 < zones->count ? zones_time_s(measured, other + 1)
-                                                     : t_s + ZONE_REPORT_DRAWN_MIN_S;
-            to_s = fmin(until_s, t_s + 2.0 * ZONE_REPORT_DRAWN_MIN_S);
+                                                     : t_s + PLOTTED_ZONE_DURATION_MIN_S;
+            to_s = fmin(until_s, t_s + 2.0 * PLOTTED_ZONE_DURATION_MIN_S);
         }
         if (row->mats > 0)
             figure_add_shape(figure, row->warning == 1 ? "warned" : "reported",
@@ -490,7 +490,7 @@ static void draw_zone_lengths(struct figure *figure, const struct report_landing
                               struct chart_axes axes)
 {
     const struct zones *zones = &landing->summary.zones;
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     double *t_s = xmalloc(2 * (landing->prediction_count + 1) * sizeof *t_s),
            *mats = t_s + landing->prediction_count + 1;
     size_t count = 0;
@@ -525,7 +525,7 @@ static void write_predictions(const struct report *report, const struct report_l
     static const char *const keys[] = {
         "warned", "closed zone ahead, warning", "reported", "closed zone ahead, no warning",
         "mark",   "limits: 30 and 50 mats",     NULL};
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     const struct chart_axes axes = {.x_unit = UNIT_NUMBER,
                                     .x_low = -CHART_TIME_BEFORE_TOUCHDOWN_S,
                                     .x_high = measured->summary.stop_t_s.value +
@@ -546,7 +546,7 @@ static void write_predictions(const struct report *report, const struct report_l
 static void write_tensions(const struct report *report, const struct report_landing *landing,
                            FILE *out)
 {
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     const struct unit *station = unit_get(UNIT_STATION, report->si);
     const double end_s = measured->summary.stop_t_s.value + CHART_TIME_AFTER_STOP_S;
     char title[CHART_LABEL_SIZE], name[CHART_LABEL_SIZE];
@@ -589,7 +589,7 @@ static void write_tensions(const struct report *report, const struct report_land
 }
 
 /* Finds the gages of a band, sorted by station; returns their number. */
-static size_t find_band_gages(const struct measured *measured, unsigned band,
+static size_t find_band_gages(const struct measured_landing *measured, unsigned band,
                               const struct measured_channel *gage[MR_GAGES])
 {
     size_t count = 0;
@@ -665,7 +665,7 @@ static void write_bands(const struct report *report, const struct report_landing
 static void write_channels(const struct report *report, const struct report_landing *landing,
                            FILE *out)
 {
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     struct answer *answer = answer_new(report->si);
     if (measured->samples > 0) {
         summary_add_channels(measured, MR_KIND_DISPLACEMENT, "", answer);
@@ -697,7 +697,8 @@ static void write_comparison_text(FILE *out, const struct compare_figures *figur
     if (!isnan(figures->solver_error_in))
         fprintf(out, "standard error (estimated by the solver) %.*f %s, ", si ? 2 : 4,
                 figures->solver_error_in * length->factor, length->text);
-    fprintf(out, "%zu of %u segments surveyed.</p>\n", figures->surveyed_segments, MR_SEGMENTS);
+    fprintf(out, "%zu of %u segments surveyed.</p>\n", figures->surveyed_segment_count,
+            MR_SEGMENTS);
     compare_compute_agreement(figures, &agreement);
     compare_write_agreement(&agreement, si, sentence);
     fputs("<p class=\"say\"><strong>", out);
@@ -731,7 +732,7 @@ static void draw_compared_signal(struct figure *figure, const struct compare_cur
 
 static void draw_comparison(const struct report_landing *landing, bool si, FILE *out)
 {
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     const struct unit *station = unit_get(UNIT_STATION, si);
     struct figure figure = figure_begin(out, si, "movement of the mat, measured and simulated", 2,
                                         FIGURE_RANGE_PER_PLOT);

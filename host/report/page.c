@@ -343,10 +343,10 @@ static void put_zones_fact(const struct report *report, bool *of, FILE *out)
     begin_fact(out, "zone warned of");
     for (size_t i = 0; i < report->landings; i++) {
         const struct report_facts *facts = &report->facts[i];
-        of[i] = facts->warning.was_warned;
+        of[i] = facts->warning.has_warning;
         warned += of[i];
         watched += facts->source != MEASURED_IMPORT;
-        unheard += !of[i] && facts->source != MEASURED_IMPORT && facts->may_lack_warning;
+        unheard += !of[i] && facts->source != MEASURED_IMPORT && facts->may_have_missed_warning;
         if (of[i] &&
             (!longest || facts->longest_warned_zone.mats > longest->longest_warned_zone.mats))
             longest = facts;
@@ -635,7 +635,7 @@ static void add_landing_row(const struct report_facts *facts, struct answer *ans
                     facts->serial_link[0] ? facts->serial_link : "not used");
     answer_add_text(answer, NULL, "orders", "%s",
                     facts->command_rights ? facts->command_rights : "not known");
-    answer_add_text(answer, NULL, "survey", "%zu of %u segments", facts->surveyed_segments,
+    answer_add_text(answer, NULL, "survey", "%zu of %u segments", facts->surveyed_segment_count,
                     MR_SEGMENTS);
 }
 
@@ -665,7 +665,7 @@ static void add_sensor_facts(const struct mr_channel_config *read, int64_t used_
 /* Adds the calibration with which the landing's readings are computed. */
 static void add_calibrations(const struct report_landing *landing, struct answer *answer)
 {
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     answer_open_table(answer, NULL, "");
     for (unsigned i = 0; i < MR_CHANNELS; i++) {
         const struct mr_channel_config *channel = &measured->channel[i].config;

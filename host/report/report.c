@@ -29,7 +29,7 @@ const char *report_problem_text(unsigned i)
 
 /* ---- movement and tension ---- */
 
-static void set_movement(const struct measured *measured, struct report_facts *facts)
+static void set_movement(const struct measured_landing *measured, struct report_facts *facts)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, i + 1);
@@ -44,7 +44,7 @@ static void set_movement(const struct measured *measured, struct report_facts *f
     }
 }
 
-static void set_band_tensions(const struct measured *measured, struct report_facts *facts)
+static void set_band_tensions(const struct measured_landing *measured, struct report_facts *facts)
 {
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
@@ -92,14 +92,14 @@ static struct report_zone convert_zone(const struct report_landing *landing,
 
 static void set_zones(const struct report_landing *landing, struct report_facts *facts)
 {
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     const struct zones *zones = &landing->summary.zones;
     const struct store_zone *longest = NULL, *warned = NULL;
-    char why[ZONES_DOUBT_SIZE];
+    char why[ZONES_REASON_SIZE];
     facts->zone_report_count = zones->count;
     facts->warning = zones->warning;
-    facts->may_lack_warning = zones_format_missed_warning_doubt(&zones->received, (double)INFINITY,
-                                                                why);
+    facts->may_have_missed_warning = zones_format_missed_warning_reason(&zones->received,
+                                                                        (double)INFINITY, why);
     for (size_t i = 0; i < zones->count; i++) {
         if (zones->row[i].mats > 0 && (!longest || zones->row[i].mats > longest->mats))
             longest = &zones->row[i];
@@ -118,7 +118,7 @@ static void set_zones(const struct report_landing *landing, struct report_facts 
         return;
     float remaining_in[MR_SEGMENTS];
     struct mr_closure_zone zone;
-    zones_find_closed_segments(measured, &landing->survey, measured->samples - 1, (double)INFINITY,
+    zones_find_longest_zone_at(measured, &landing->survey, measured->samples - 1, (double)INFINITY,
                                remaining_in, &zone);
     for (unsigned s = 0; s < MR_SEGMENTS && s < 64; s++)
         facts->closed_segments |= remaining_in[s] < ZONES_CLOSED_SEGMENT_MAX_IN ? 1ull << s : 0ull;
@@ -180,7 +180,7 @@ static unsigned find_problems(const struct summary *summary, const struct report
 /* Sets a digest that is equal for landings with the same calibration. */
 static void set_calibration(const struct report_landing *landing, struct report_facts *facts)
 {
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     SHA2_CTX hash;
     SHA256Init(&hash);
     SHA256Update(&hash, (const uint8_t *)&measured->landing.config_crc,
@@ -210,14 +210,14 @@ static void set_site(const struct report_landing *landing, struct report_facts *
 static void set_facts(const struct report_landing *landing, struct report_facts *facts)
 {
     const struct summary *summary = &landing->summary;
-    const struct measured *measured = &summary->measured;
+    const struct measured_landing *measured = &summary->measured;
     const struct mr_estimate none = {(double)NAN, (double)NAN};
     facts->landing = measured->landing;
     facts->series = landing->series;
     facts->source = measured->source;
     facts->is_incomplete = measured->is_start_missing;
     facts->is_emulated = measured_is_emulated(&measured->landing);
-    facts->marks = measured_marks_text(measured);
+    facts->marks = measured_quality_text(measured);
     facts->recalibrated_channels = measured->recalibrated_channels;
     facts->has_motion_fit = measured->fit_status == MR_OK;
     facts->gate_count = measured->gate_count;
@@ -225,7 +225,7 @@ static void set_facts(const struct report_landing *landing, struct report_facts 
     facts->command_rights = summary->key_state_count
                               ? mr_key_state_text((unsigned)summary->key_state->code)
                               : NULL;
-    facts->surveyed_segments = landing->survey.surveyed_segments;
+    facts->surveyed_segment_count = landing->survey.surveyed_segment_count;
     facts->speed_ft_s = facts->has_motion_fit ? measured->summary.touchdown_speed_ft_s : none;
     facts->deceleration_ft_s2 = facts->has_motion_fit ? measured->summary.mean_deceleration_ft_s2
                                                       : none;
@@ -285,7 +285,7 @@ static enum mr_status load_landing(struct store *store, const struct store_landi
  * figures are computed again, because a calibration may have changed since the comparison. */
 static void compute_derived_data(struct report_landing *landing)
 {
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     const struct compare_board_reports reported = {.zone = landing->summary.zones.row,
                                                    .zone_count = landing->summary.zones.count};
     if (measured->fit_status != MR_OK || measured->samples == 0)
@@ -315,7 +315,7 @@ static enum mr_status load_weight(struct store *store, int64_t run, struct mr_es
 static enum mr_status load_facts(struct report *report, const struct report_landing *landing,
                                  struct report_facts *facts, struct error *error)
 {
-    const struct measured *measured = &landing->summary.measured;
+    const struct measured_landing *measured = &landing->summary.measured;
     const struct record_landing given = {measured, &landing->summary.zones};
     memset(facts, 0, sizeof *facts);
     set_facts(landing, facts);

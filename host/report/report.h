@@ -58,9 +58,9 @@ struct report_facts {
     enum measured_source source;
     bool is_incomplete, has_motion_fit, has_config, is_emulated;
     const char *command_rights; /* who may send commands: mr_key_state_text; NULL: not reported */
-    const char *marks;          /* marks of the landing, from measured_marks_text */
+    const char *marks;          /* marks of the landing, from measured_quality_text */
     int64_t recalibrated_channels;
-    size_t gate_count, switch_count, surveyed_segments, zone_report_count;
+    size_t gate_count, switch_count, surveyed_segment_count, zone_report_count;
     size_t sensor_count,
         /* number of channels that measure, and of those with a serial number */
         serial_number_count;
@@ -75,7 +75,7 @@ struct report_facts {
         size_t gage_count;
     } band[REPORT_BANDS_MAX];
     struct zone_warning warning;
-    bool may_lack_warning; /* the board may have sent a warning that was not received */
+    bool may_have_missed_warning; /* the board may have sent a warning that was not received */
     struct report_zone {
         int64_t mats; /* length of the zone; 0: no zone */
         double start_ft, end_ft;
@@ -86,7 +86,7 @@ struct report_facts {
     /* bit s: segment s is closed at the end, according to survey and transducers */
     uint64_t closed_segments;
     int64_t lost_frames;
-    struct report_compared {
+    struct report_comparison {
         char compared_with[120];
         size_t channel_count;
         /* means over the transducers; channel_count 0: not compared */

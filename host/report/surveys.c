@@ -9,9 +9,9 @@
 #include "host/report/report.h"
 #include "host/survey/survey.h"
 
-#define SURVEYS_DRAWN_MAX 6u /* number of newest surveys that are drawn */
+#define PLOTTED_SURVEYS_MAX 6u /* number of newest surveys that are drawn */
 
-static const double not_known = (double)NAN;
+static const double unknown_value = (double)NAN;
 
 static struct chart_axes make_survey_axes(double x[SURVEY_POINTS])
 {
@@ -42,7 +42,7 @@ static void draw_gage_lines(struct figure *figure, const struct survey_results *
     }
 }
 
-static double compute_mean_moved_in(const struct survey_change *change, unsigned point)
+static double compute_mean_movement_in(const struct survey_change *change, unsigned point)
 {
     double sum_in = 0.0;
     for (unsigned line = 0; line < SURVEY_LINES; line++)
@@ -51,20 +51,21 @@ static double compute_mean_moved_in(const struct survey_change *change, unsigned
 }
 
 /* Change of the mat since the first survey. */
-struct since_first {
+struct survey_change_since_first {
     int64_t survey_id;
     double moved_in[SURVEY_POINTS]; /* mean of the lines */
     double bow_in[SURVEY_POINTS];
 };
 
 /* Loads the newest surveys, in descending order of time; returns their number. */
-static unsigned load_since_first(const struct report *report, const struct store_gage_survey *rows,
-                                 size_t count, struct since_first since[SURVEYS_DRAWN_MAX])
+static unsigned load_changes_since_first(
+    const struct report *report, const struct store_gage_survey *rows, size_t count,
+    struct survey_change_since_first since[PLOTTED_SURVEYS_MAX])
 {
     unsigned loaded = 0;
     struct survey *survey = xmalloc(sizeof *survey);
     struct survey_results *found = xmalloc(sizeof *found);
-    for (size_t i = count; i-- > 0 && loaded < SURVEYS_DRAWN_MAX;) {
+    for (size_t i = count; i-- > 0 && loaded < PLOTTED_SURVEYS_MAX;) {
         if (survey_load(report->store, rows[i].id, survey, report->error) != MR_OK ||
             survey_evaluate(report->store, survey, found, report->error) != MR_OK)
             break;
@@ -72,7 +73,7 @@ static unsigned load_since_first(const struct report *report, const struct store
             continue;
         since[loaded].survey_id = rows[i].id;
         for (unsigned k = 0; k < SURVEY_POINTS; k++) {
-            since[loaded].moved_in[k] = compute_mean_moved_in(&found->since_first, k);
+            since[loaded].moved_in[k] = compute_mean_movement_in(&found->since_first, k);
             since[loaded].bow_in[k] = found->since_first.bow[k].value_in;
         }
         loaded++;
@@ -83,8 +84,9 @@ static unsigned load_since_first(const struct report *report, const struct store
 }
 
 /* Draws the movement, or the in-plane bow with its limits. */
-static void draw_since_first(struct figure *figure, const struct since_first *since, unsigned count,
-                             bool bow)
+static void draw_changes_since_first(struct figure *figure,
+                                     const struct survey_change_since_first *since, unsigned count,
+                                     bool bow)
 {
     const double limit = SURVEY_BOW_LIMIT_IN;
     double x[SURVEY_POINTS];
@@ -93,8 +95,8 @@ static void draw_since_first(struct figure *figure, const struct since_first *si
     axes.y = bow ? "bow" : "total movement";
     figure_begin_plot(figure, &axes);
     if (bow) {
-        figure_add_shape(figure, "mark", not_known, not_known, limit, limit, NULL);
-        figure_add_shape(figure, "mark", not_known, not_known, -limit, -limit, NULL);
+        figure_add_shape(figure, "mark", unknown_value, unknown_value, limit, limit, NULL);
+        figure_add_shape(figure, "mark", unknown_value, unknown_value, -limit, -limit, NULL);
     }
     for (unsigned i = 0; i < count; i++) {
         char name[40];
@@ -133,8 +135,8 @@ static void write_survey_text(FILE *out, const struct survey *survey,
             "<p class=\"say\">Survey %lld: %zu of %zu gage points read, %zu confirmed; opening "
             "known for %zu of %u segments.",
             (long long)survey->row.id, survey_progress_count_read(&survey->progress),
-            survey->progress.plan.count, survey->confirmed_readings, found->slack.surveyed_segments,
-            SURVEY_SPANS);
+            survey->progress.plan.count, survey->confirmed_readings,
+            found->slack.surveyed_segment_count, SURVEY_SPANS);
     if (!isnan(found->worst_bow_in))
         fprintf(out,
                 " Largest in-plane bow since survey %lld: <span class=\"%s\">%.3f &plusmn; %.3f "
@@ -166,10 +168,10 @@ void report_write_surveys(const struct report *report, FILE *out)
             FIGURE_RANGE_PER_PLOT);
         draw_gage_lines(&figure, found, false);
         draw_gage_lines(&figure, found, true);
-        struct since_first since[SURVEYS_DRAWN_MAX];
-        unsigned loaded = load_since_first(report, rows, count, since);
-        draw_since_first(&figure, since, loaded, false);
-        draw_since_first(&figure, since, loaded, true);
+        struct survey_change_since_first since[PLOTTED_SURVEYS_MAX];
+        unsigned loaded = load_changes_since_first(report, rows, count, since);
+        draw_changes_since_first(&figure, since, loaded, false);
+        draw_changes_since_first(&figure, since, loaded, true);
         figure_end(&figure, NULL,
                    "First two plots: change from survey %lld to survey %lld of each gage line: "
                    "length of ten mats, and movement downfield. Last two plots: change from survey "

@@ -19,9 +19,9 @@
 #include "host/store/table.h"
 
 /* Time to wait while another program writes, ms. Received data is buffered in the meantime. */
-#define BUSY_WAIT_MS       30000
-#define SET_UP_RETRY_MS    20
-#define FIRST_READ_WAIT_MS 500
+#define BUSY_TIMEOUT_MS       30000
+#define SET_UP_RETRY_MS       20
+#define FIRST_READ_TIMEOUT_MS 500
 
 /* limit for one value; the largest value that matrig writes is an imported channel of 18 h at 1
  * kHz */
@@ -210,14 +210,14 @@ static enum mr_status open_file(struct store *store, const char *name, int flags
     /* On a file system without locks every file seems to be locked, so the first attempt waits only
      * briefly. */
     bool first_try = (mode == STORE_READ || mode == STORE_READ_FOR_BUNDLE) && !store->is_retry;
-    sqlite3_busy_timeout(store->database, first_try ? FIRST_READ_WAIT_MS : BUSY_WAIT_MS);
+    sqlite3_busy_timeout(store->database, first_try ? FIRST_READ_TIMEOUT_MS : BUSY_TIMEOUT_MS);
     apply_safe_settings(store->database);
     store_limit_sql_steps(store);
     /* do not write back the journal of a database that is not a campaign */
     sqlite3_db_config(store->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
     enum mr_status status = check_version(store, mode, error);
     sqlite3_db_config(store->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, status != MR_OK, NULL);
-    sqlite3_busy_timeout(store->database, BUSY_WAIT_MS);
+    sqlite3_busy_timeout(store->database, BUSY_TIMEOUT_MS);
     return status;
 }
 
@@ -270,7 +270,7 @@ static enum mr_status lock_for_log(struct store *store, struct error *error)
 static enum mr_status set_wal_journal(struct store *store, struct error *error)
 {
     const char sql[] = "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;";
-    for (int ms = 0; ms < BUSY_WAIT_MS; ms += SET_UP_RETRY_MS) {
+    for (int ms = 0; ms < BUSY_TIMEOUT_MS; ms += SET_UP_RETRY_MS) {
         struct error busy = {0};
         if (store_execute(store, sql, "set up", &busy) == MR_OK)
             return MR_OK;

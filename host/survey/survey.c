@@ -673,7 +673,7 @@ void survey_compute_slack(const struct survey_readings *now, double closed_in,
                            ? fmax(squares - lines * mean * mean, 0.0) / (lines - 1.0) / lines
                            : 0.0;
         slack->line_count[k] = lines;
-        slack->surveyed_segments += lines > 0;
+        slack->surveyed_segment_count += lines > 0;
         slack->segment[k].value_in = mean;
         slack->segment[k].error_in = lines ? fmax(sqrt(scatter), now->error_in / sqrt(lines))
                                            : (double)NAN;
@@ -862,7 +862,7 @@ enum mr_status survey_evaluate_between(struct store *store, int64_t from_us, int
             continue;
         status = survey_load(store, rows[i].id, &survey, error)
                    ?: survey_evaluate(store, &survey, found, error);
-        *exists = status == MR_OK && found->slack.surveyed_segments > 0;
+        *exists = status == MR_OK && found->slack.surveyed_segment_count > 0;
     }
     free(rows);
     return status;

@@ -237,7 +237,7 @@ struct survey_slack {
     struct survey_estimate segment[SURVEY_SPANS];
     /* number of lines of which each segment's value is the mean */
     unsigned line_count[SURVEY_SPANS];
-    size_t surveyed_segments;
+    size_t surveyed_segment_count;
 };
 
 void survey_readings_init(struct survey_readings *readings);

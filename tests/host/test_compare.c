@@ -13,7 +13,7 @@
 
 static const struct stream_truth brisk = {.v0_ft_s = 35.0, .a_ft_s2 = 8.0, .peak_in = 0.8};
 
-static void load_one(struct session *s, struct measured *m, struct zones_slack *survey)
+static void load_one(struct session *s, struct measured_landing *m, struct zones_slack *survey)
 {
     struct stream_truth truth = brisk;
     session_begin(s, false, true);
@@ -35,7 +35,7 @@ static void runway(struct sim_scene *scene)
 TEST(path_and_thrust)
 {
     struct session s;
-    struct measured m;
+    struct measured_landing m;
     struct zones_slack survey;
     struct sim_scene scene;
     load_one(&s, &m, &survey);
@@ -63,7 +63,7 @@ TEST(path_and_thrust)
 TEST(gaps_from_the_survey)
 {
     struct session s;
-    struct measured m;
+    struct measured_landing m;
     struct zones_slack survey;
     struct sim_scene scene;
     load_one(&s, &m, &survey);
@@ -98,7 +98,7 @@ static void load_model(struct compare_model *model, const char *text)
 
 /* Replace what was measured of a transducer by the simulated movement, stretched, moved up, and
  * later. */
-static void measure(struct measured *m, size_t channel, const struct store_simulation *row,
+static void measure(struct measured_landing *m, size_t channel, const struct store_simulation *row,
                     double scale, double up_in, double late_s)
 {
     struct measured_channel *c = &m->channel[channel];
@@ -117,7 +117,7 @@ static void measure(struct measured *m, size_t channel, const struct store_simul
 TEST(differences_of_a_known_series)
 {
     struct session s;
-    struct measured m;
+    struct measured_landing m;
     struct zones_slack survey;
     struct compare_model model;
     struct compare_landing landing;
@@ -181,7 +181,7 @@ TEST(differences_of_a_known_series)
 TEST(kept_and_made_again)
 {
     struct session s;
-    struct measured m;
+    struct measured_landing m;
     struct zones_slack survey;
     struct compare_model model;
     struct compare_landing landing;
@@ -221,7 +221,7 @@ TEST(kept_and_made_again)
 TEST(errors_of_a_sample)
 {
     struct session s;
-    struct measured m;
+    struct measured_landing m;
     struct zones_slack survey;
     struct compare_timing clock;
     struct compare_curves series;
@@ -247,8 +247,8 @@ TEST(errors_of_a_sample)
     for (size_t i = 0; i < m.samples; i++) {
         if (series.t_s[i] < 0.1 || series.t_s[i] > 3.8)
             continue;
-        double reading_in = measured_error(&m, &m.channel[2], measured_value(&m.channel[2], i),
-                                           1.0);
+        double reading_in = measured_standard_error(&m, &m.channel[2],
+                                                    measured_value(&m.channel[2], i), 1.0);
         assert_near(series.simulated_in[i], 0.25 * series.t_s[i], 1e-6);
         assert_near(series.alignment_error_in[i], 0.25 * 0.02, 1e-6);
         assert_near(series.measured_error_in[i], hypot(reading_in, 0.005), 1e-6);
@@ -319,11 +319,12 @@ TEST(the_zone_near_the_wheel)
         slack_in[k] = 0.3f;
         left_in[k] = (k >= 10 && k <= 15) || (k >= 25 && k <= 34) ? 0.0f : 0.3f;
     }
-    zones_find_closed_run(slack_in, left_in, 10.0 * segment_ft, (double)INFINITY, &zone);
+    zones_find_longest_zone(slack_in, left_in, 10.0 * segment_ft, (double)INFINITY, &zone);
     assert_int_equal(zone.mats, 100);
     record_reach_init(&reach);
     for (unsigned k = 0; k < 10; k++) {
-        zones_find_closed_run(slack_in, left_in, 10.0 * segment_ft, RECORD_REACH_WITHIN_FT, &zone);
+        zones_find_longest_zone(slack_in, left_in, 10.0 * segment_ft, RECORD_REACH_WITHIN_FT,
+                                &zone);
         assert_int_equal(zone.mats, 60);
         record_reach_add(&reach, 0.02 * k, 10.0 * segment_ft, &zone);
     }
@@ -343,7 +344,7 @@ TEST(an_ensemble_of_two)
 {
     static const char *const seeds[] = {"[1, 1]", "[2, 2]", "[1, 2]"};
     struct session s;
-    struct measured m;
+    struct measured_landing m;
     struct zones_slack survey;
     struct compare_model model;
     struct compare_simulated sim[3];
@@ -388,7 +389,7 @@ TEST(an_ensemble_of_two)
 TEST(a_series_of_one)
 {
     struct session s;
-    struct measured m;
+    struct measured_landing m;
     struct zones_slack zones;
     struct compare_model model;
     struct compare_series set;

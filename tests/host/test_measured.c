@@ -29,7 +29,7 @@ static double moved_in(unsigned index)
     return share * 0.8 * (index + 1) / 8.0;
 }
 
-static void check_gear(const struct measured *m)
+static void check_gear(const struct measured_landing *m)
 {
     assert_int_equal(m->fit_status, MR_OK);
     assert_true(m->is_t0_touchdown);
@@ -53,7 +53,7 @@ static void check_gear(const struct measured *m)
 
 /* `digit_in`, `digit_lb`: what a reading may be off: half a code of a sum, or half a digit of the
  * wire more. */
-static void check_channels(const struct measured *m, double digit_in, double digit_lb)
+static void check_channels(const struct measured_landing *m, double digit_in, double digit_lb)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         const struct measured_channel *c = &m->channel[i];
@@ -74,7 +74,7 @@ static void check_channels(const struct measured *m, double digit_in, double dig
 TEST(from_block_records)
 {
     struct session s;
-    struct measured m;
+    struct measured_landing m;
     log_one(&s, true, true);
     assert_int_equal(measured_load(s.store, 1, &m, &s.error), MR_OK);
     assert_int_equal(m.source, MEASURED_SERIAL);
@@ -89,7 +89,7 @@ TEST(from_block_records)
 TEST(from_can_alone)
 {
     struct session s;
-    struct measured m;
+    struct measured_landing m;
     log_one(&s, true, false);
     assert_int_equal(measured_load(s.store, 1, &m, &s.error), MR_OK);
     assert_int_equal(m.source, MEASURED_CAN);
@@ -110,7 +110,7 @@ static bool lose_a_second(const struct stream *stream, uint16_t type)
 TEST(lost_blocks_stay_missing)
 {
     struct session s;
-    struct measured m;
+    struct measured_landing m;
     struct stream_truth truth = brisk;
     session_begin(&s, false, true);
     s.stream.drop_serial = lose_a_second;
@@ -145,7 +145,7 @@ static bool lose_edges(const struct stream *stream, uint16_t type)
 }
 
 static void log_lossy(struct session *s, bool (*drop)(const struct stream *, uint16_t),
-                      struct measured *m)
+                      struct measured_landing *m)
 {
     struct stream_truth truth = brisk;
     session_begin(s, false, true);
@@ -163,7 +163,7 @@ static void log_lossy(struct session *s, bool (*drop)(const struct stream *, uin
 TEST(torn_has_no_movements)
 {
     struct session s;
-    struct measured m;
+    struct measured_landing m;
     char text[MEASURED_MISSING_START_SIZE];
     lost_from = 290;
     log_lossy(&s, lose_the_beginning, &m);
@@ -188,7 +188,7 @@ TEST(torn_has_no_movements)
 TEST(torn_with_its_rest)
 {
     struct session s;
-    struct measured m;
+    struct measured_landing m;
     for (int n = 0; n < 2; n++) {
         lost_from = 310;
         log_lossy(&s, n ? lose_edges : lose_the_beginning, &m);
@@ -206,7 +206,7 @@ TEST(torn_with_its_rest)
 TEST(armed_long_before)
 {
     struct session s;
-    struct measured m;
+    struct measured_landing m;
     struct stream_truth truth = brisk;
     session_begin(&s, false, true);
     s.stream.armed_s = 130.0;
@@ -236,7 +236,7 @@ TEST(warning_and_wheel)
     log_one(&s, true, true);
     assert_int_equal(summary_load(s.store, 1, &summary, &s.error), MR_OK);
     const struct zone_warning *w = &summary.zones.warning;
-    assert_true(w->was_warned);
+    assert_true(w->has_warning);
     assert_int_equal(w->mats, 35);
     assert_near(w->start_ft, 60.0, 1e-6);
     assert_near(w->predicted_lead_s, 0.75, 1e-6);
@@ -247,9 +247,9 @@ TEST(warning_and_wheel)
     assert_near(w->predicted_lead_t_s, w->t_s, 0.0);
     assert_near(w->actual_lead_s, (35.0 - sqrt(35.0 * 35.0 - 16.0 * 57.0)) / 8.0 - w->t_s, 0.002);
     /* between the last switch, at 77.5 ft, and the stop; and beyond it: x = 3 + 35 t - 4 t^2 */
-    assert_near(measured_arrival_s(&summary.measured, 79.0),
+    assert_near(measured_arrival_time_s(&summary.measured, 79.0),
                 (35.0 - sqrt(35.0 * 35.0 - 16.0 * 76.0)) / 8.0, 0.01);
-    assert_true(isnan(measured_arrival_s(&summary.measured, 79.7)));
+    assert_true(isnan(measured_arrival_time_s(&summary.measured, 79.7)));
     assert_int_equal(summary.link[LINK_CAN].lost_frames, 0);
     assert_int_equal(summary.fault_count, 0);
     summary_free(&summary);

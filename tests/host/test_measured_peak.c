@@ -76,7 +76,7 @@ TEST(found_as_by_the_definition)
     srand(11);
     for (int kind = 0; kind < 4; kind++) {
         for (size_t s = 0; s < 3; s++) {
-            struct measured measured = {.samples = SAMPLES};
+            struct measured_landing measured = {.samples = SAMPLES};
             struct measured_channel channel = {.config.kind = kind % 2 ? MR_KIND_DISPLACEMENT
                                                                        : MR_KIND_TENSION,
                                                .raw = raw,
@@ -98,7 +98,7 @@ TEST(found_as_by_the_definition)
 TEST(nothing_valid_is_nan)
 {
     static float raw[SAMPLES];
-    struct measured measured = {.samples = SAMPLES};
+    struct measured_landing measured = {.samples = SAMPLES};
     struct measured_channel channel = {.config.kind = MR_KIND_TENSION, .raw = raw, .stride = 1};
     double high, low;
     for (size_t i = 0; i < SAMPLES; i++)
@@ -115,7 +115,7 @@ TEST(nothing_valid_is_nan)
 TEST(an_infinite_reading)
 {
     static float raw[SAMPLES];
-    struct measured measured = {.samples = SAMPLES};
+    struct measured_landing measured = {.samples = SAMPLES};
     struct measured_channel channel = {.config.kind = MR_KIND_TENSION, .raw = raw, .stride = 1};
     double high, low;
     raw[100] = raw[101] = INFINITY;

@@ -176,7 +176,8 @@ static void calibrate(const struct sensor *s, double curve_in, struct mr_channel
     }
 }
 
-static void configure(const struct world *w, const struct spread *stated, struct measured *m)
+static void configure(const struct world *w, const struct spread *stated,
+                      struct measured_landing *m)
 {
     for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
         unsigned kind = c >= MR_TRANSDUCERS;
@@ -201,7 +202,7 @@ static void configure(const struct world *w, const struct spread *stated, struct
 
 /* ---- one landing ---- */
 
-static struct measured m;
+static struct measured_landing m;
 static float raw[MR_CHANNELS][BLOCKS];
 static uint8_t validity[MR_CHANNELS][BLOCKS], source[MR_CHANNELS][BLOCKS];
 static bool noise_forgotten;
@@ -264,7 +265,7 @@ static void compare(const struct world *w, struct tally *t)
             for (size_t k = instant[i] - half[i]; k <= instant[i] + half[i]; k++)
                 truth += (truth_at(s, (double)k) - rest) / (double)(2 * half[i] + 1);
             count(t, kind, i, value, truth,
-                  measured_error(&m, channel, value, (double)(2 * half[i] + 1)));
+                  measured_standard_error(&m, channel, value, (double)(2 * half[i] + 1)));
         }
         for (unsigned i = REST; i < BLOCKS; i++) {
             double there = truth_at(s, i);

@@ -259,7 +259,7 @@ TEST(advice_and_what_came)
 TEST(given)
 {
     struct record record;
-    static struct measured measured;
+    static struct measured_landing measured;
     struct zones zones;
     make("1");
     survey_closed(1, FAR_FIRST, FAR_LAST);

@@ -124,7 +124,8 @@ TEST(a_plate_in_closed_form)
     const struct estimate plate = {sqrt(4 / M_PI) / 12, 0}, mat = {24, 0};
     struct estimate kv;
     struct error error = {0};
-    assert_int_equal(params_plate_soil_stiffness(load, settled, 3, plate, mat, &kv, &error), MR_OK);
+    assert_int_equal(params_compute_plate_soil_stiffness(load, settled, 3, plate, mat, &kv, &error),
+                     MR_OK);
     assert_near(kv.value, 200.0 * 12 * 3456 / 2, 1e-3);
 }
 
@@ -144,7 +145,7 @@ TEST(plates_hold)
             settled[k] = (settled_in + seat_in) / 12;
             load[k] = k_lb_in3 * area_in2 * settled_in + normal(error_lb);
         }
-        params_plate_soil_stiffness(load, settled, count, plate, mat, &kv, &error);
+        params_compute_plate_soil_stiffness(load, settled, count, plate, mat, &kv, &error);
         held += has(kv, k_lb_in3 * mat_in2 / 2 * 12);
     }
     assert_holds(held);

@@ -260,7 +260,7 @@ TEST(slack_is_the_mean_of_the_lines)
     now.gap_in[3][4] = 33.45; /* shorter than closed: none */
     now.gap_in[2][5] = 33.62;
     survey_compute_slack(&now, 33.5, &slack);
-    assert_int_equal(slack.surveyed_segments, 2);
+    assert_int_equal(slack.surveyed_segment_count, 2);
     assert_int_equal(slack.line_count[4], 4);
     assert_true(fabs(slack.segment[4].value_in - 0.15) < 1e-9);
     /* of 0.1, 0.2, 0.3, 0: standard deviation 0.1291, of the mean half of it */

@@ -14,7 +14,7 @@
 
 /* Displacement by a ripple of the deceleration that begins with it: its second integral from
  * touchdown on. */
-static double ripple_ft(double amplitude_ft_s2, double hz, double turn, double since_s)
+static double ripple_deviation_ft(double amplitude_ft_s2, double hz, double turn, double since_s)
 {
     double w = 6.283185307179586 * hz, phase = 6.283185307179586 * turn;
     if (since_s <= 0.0 || amplitude_ft_s2 == 0.0)
@@ -32,7 +32,7 @@ struct case_ {
 static double truth_ft(const struct case_ *c, double t_s)
 {
     return seeded_station(&c->landing, t_s) +
-           ripple_ft(c->ripple_ft_s2, c->hz, c->turn, t_s - SEEDED_TOUCHDOWN_S);
+           ripple_deviation_ft(c->ripple_ft_s2, c->hz, c->turn, t_s - SEEDED_TOUCHDOWN_S);
 }
 
 static double crossing_s(const struct case_ *c, double station_ft)
@@ -51,7 +51,7 @@ static double crossing_s(const struct case_ *c, double station_ft)
 }
 
 /* As measured_load leaves it. */
-static bool measure(const struct case_ *c, struct measured *m)
+static bool measure(const struct case_ *c, struct measured_landing *m)
 {
     memset(m, 0, sizeof *m);
     m->landing.touchdown_ft = SEEDED_TOUCHDOWN_FT;
@@ -120,7 +120,7 @@ static void check(const char *name, double most_ripple, double least_hz, double 
     unsigned landings = 0;
     for (uint64_t seed = 1; landings < LANDINGS; seed++) {
         struct case_ c = {0};
-        struct measured m;
+        struct measured_landing m;
         static struct track track;
         uint64_t state = seed * 77777u;
         seeded_draw(&c.landing, seed, SPREAD_IN);

@@ -52,7 +52,7 @@ static struct record_reach measure(const struct score_landing *landing, bool upf
         }
         struct mr_closure_input input = {station_ft, reading_in, slack_in, (float)wheel_ft};
         mr_closure_find_zone(&input, &zone, left_in);
-        zones_find_closed_run(slack_in, left_in, wheel_ft, RECORD_REACH_WITHIN_FT, &zone);
+        zones_find_longest_zone(slack_in, left_in, wheel_ft, RECORD_REACH_WITHIN_FT, &zone);
         record_reach_add(&reach, t_s, wheel_ft, &zone);
     }
     return reach;

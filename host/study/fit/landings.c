@@ -800,7 +800,7 @@ enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int
                                struct fit_survey *surveyed, struct error *error)
 {
     static struct survey_results found;
-    struct zones_slack told = {.surveyed_segments = 0};
+    struct zones_slack told = {.surveyed_segment_count = 0};
     struct store_landing *rows = NULL;
     size_t count = 0;
     bool there = false;
@@ -838,15 +838,15 @@ enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int
 #define UNLIMITED_SAMPLES     1e9
 
 /* Returns the relative error of a movement that averaging over samples does not reduce. */
-static double gain_error(const struct measured *measured, const struct measured_channel *channel,
-                         double baseline_in)
+static double gain_error(const struct measured_landing *measured,
+                         const struct measured_channel *channel, double baseline_in)
 {
-    double error_in = measured_error(measured, channel, 1.0, UNLIMITED_SAMPLES);
+    double error_in = measured_standard_error(measured, channel, 1.0, UNLIMITED_SAMPLES);
     return isnan(error_in) ? 0.0 : sqrt(fmax(error_in * error_in - baseline_in * baseline_in, 0.0));
 }
 
 /* Copies the values of each channel after touchdown to `series`. Returns their number. */
-static size_t collect_series(const struct measured *measured,
+static size_t collect_series(const struct measured_landing *measured,
                              struct fit_series series[MR_TRANSDUCERS], double *values)
 {
     size_t count = 0, first = 0;
@@ -918,7 +918,7 @@ static enum mr_status load_survey_after(struct store *store, const struct store_
     return MR_OK;
 }
 
-static enum mr_status load_landing(struct store *store, const struct measured *measured,
+static enum mr_status load_landing(struct store *store, const struct measured_landing *measured,
                                    const char *scene_path, const struct fit_landings *list,
                                    struct fit_landing *landing, struct error *error)
 {
@@ -931,7 +931,7 @@ static enum mr_status load_landing(struct store *store, const struct measured *m
     landing->before_error_in = before.error_in;
     landing->gage_segment_count = before.gage_segment_count;
     landing->has_earlier_landings = measured->landing.board_landing > 1;
-    struct zones_slack survey = {.surveyed_segments = (unsigned)before.segment_count};
+    struct zones_slack survey = {.surveyed_segment_count = (unsigned)before.segment_count};
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         survey.slack_in[s] = (float)before.sum_in[s];
     if (load_survey_after(store, &measured->landing, landing, error) != MR_OK ||
@@ -959,7 +959,7 @@ static enum mr_status load_landing(struct store *store, const struct measured *m
 enum mr_status fit_campaign_add(struct store *store, int64_t run, const char *scene_path,
                                 struct fit_landings *list, struct error *error)
 {
-    struct measured measured;
+    struct measured_landing measured;
     struct fit_landing landing = {0};
     struct fit_series series[MR_TRANSDUCERS];
     char torn[MEASURED_MISSING_START_SIZE];
