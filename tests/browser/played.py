@@ -48,7 +48,7 @@ def main(db):
             one["mean_deceleration_error_ft_s2"], "none" if warned is None else "%.2f" % warned, "never" if at_s is None else "%.2f" % at_s,
             "" if warned is None or at_s is None else "%.2f" % (at_s - warned), mats))
     w = campaign["record"]["warnings"]
-    print("\n± is one standard error. Warnings according to survey and transducers only (`matrig show`): in time %d, too late %d, missed %d, false %d; correctly quiet %d." % (
+    print("\n± is one standard error. Outcomes according to survey and transducers only (`matrig show`): %d warning in time, %d too late, %d missing, %d false; %d landings correctly quiet." % (
         w["hits"], w["late"], w["misses"], w["false"], w["silences"]))
 
 
