@@ -32,7 +32,7 @@ static void collect_gages_by_station(const struct mr_bands *bands, struct mr_ban
     for (unsigned g = 0; g < MR_GAGES; g++) {
         if (bands->channel[g].kind != MR_KIND_TENSION || bands->channel[g].band != number)
             continue;
-        unsigned place = band->gages++;
+        unsigned place = band->gage_count++;
         for (; place &&
                get_gage_station_ft(bands, band->gage[place - 1]) > get_gage_station_ft(bands, g);
              place--)
@@ -46,8 +46,8 @@ static void collect_gages_by_station(const struct mr_bands *bands, struct mr_ban
 static void compute_gage_weights(const struct mr_bands *bands, struct mr_band *band)
 {
     float sum = 0.0f;
-    for (unsigned i = 0; i < band->gages; i++) {
-        unsigned before = i ? i - 1 : i, after = i + 1 < band->gages ? i + 1 : i;
+    for (unsigned i = 0; i < band->gage_count; i++) {
+        unsigned before = i ? i - 1 : i, after = i + 1 < band->gage_count ? i + 1 : i;
         float length_ft = get_gage_station_ft(bands, band->gage[after]) -
                           get_gage_station_ft(bands, band->gage[before]);
         if (after - before == 1) /* a gage at an end of the band has only one neighbour */
@@ -56,20 +56,21 @@ static void compute_gage_weights(const struct mr_bands *bands, struct mr_band *b
                                                                                     : 1.0f;
         sum += band->weight[i];
     }
-    for (unsigned i = 0; i < band->gages; i++)
+    for (unsigned i = 0; i < band->gage_count; i++)
         band->weight[i] /= sum;
 }
 
 static void set_tension_limits(struct mr_band *band, float pretension_lb)
 {
     float step_lb = MR_BANDS_SUDDEN_MIN_SHARE * pretension_lb;
-    band->step_lb = step_lb > MR_BANDS_SUDDEN_MIN_LB ? step_lb : MR_BANDS_SUDDEN_MIN_LB;
-    band->slack_lb = MR_BANDS_SLACK_MAX_SHARE * pretension_lb;
+    band->sudden_change_min_lb = step_lb > MR_BANDS_SUDDEN_MIN_LB ? step_lb
+                                                                  : MR_BANDS_SUDDEN_MIN_LB;
+    band->slack_limit_lb = MR_BANDS_SLACK_MAX_SHARE * pretension_lb;
 }
 
 static void reset_group_sums(struct mr_bands *bands)
 {
-    bands->group_steps = 0;
+    bands->group_step_count = 0;
     bands->is_group_quiet = true;
     for (unsigned g = 0; g < MR_GAGES; g++)
         bands->sum_lb[g] = bands->square_sum_lb2[g] = 0.0f;
@@ -88,7 +89,7 @@ void mr_bands_arm(struct mr_bands *bands, const struct mr_channel_config *gages,
         set_tension_limits(each, band[b].pretension_lb);
         each->yield_lb = band[b].yield_lb;
         each->min_tension.tension_lb = each->max_tension.tension_lb = MR_NAN;
-        bands->is_active |= each->gages > 0;
+        bands->is_active |= each->gage_count > 0;
     }
     for (unsigned g = 0; g < MR_GAGES; g++)
         bands->group_mean_lb[g] = bands->before_lb[g] = bands->group_noise_lb[g] =
@@ -105,7 +106,7 @@ static void add_finding(struct mr_bands *bands, unsigned band, unsigned gage, un
         bands->finding[bands->finding_count++] =
             (struct mr_band_finding){.band = (uint8_t)(band + 1),
                                      .gage = (uint8_t)gage,
-                                     .other = (uint8_t)other,
+                                     .other_gage = (uint8_t)other,
                                      .reason = (uint8_t)reason,
                                      .value_lb = value_lb,
                                      .block = block};
@@ -115,7 +116,7 @@ static void add_finding(struct mr_bands *bands, unsigned band, unsigned gage, un
 static float compute_weighted_mean_lb(const struct mr_band *band, const float *lb_by_place)
 {
     float sum = 0.0f, weights = 0.0f;
-    for (unsigned i = 0; i < band->gages; i++) {
+    for (unsigned i = 0; i < band->gage_count; i++) {
         if (__builtin_isnan(lb_by_place[i]))
             continue;
         sum += band->weight[i] * lb_by_place[i];
@@ -137,14 +138,14 @@ static float get_past_tension_lb(const struct mr_bands *bands, unsigned gage, un
 static unsigned find_rivet_pullout(const struct mr_bands *bands, const struct mr_band *band,
                                    const float *step_lb)
 {
-    unsigned found = band->gages;
+    unsigned found = band->gage_count;
     float most_lb = 0.0f;
-    for (unsigned i = 0; i + 1 < band->gages; i++) {
+    for (unsigned i = 0; i + 1 < band->gage_count; i++) {
         float a = step_lb[i], b = step_lb[i + 1];
         float large = __builtin_fabsf(a) > __builtin_fabsf(b) ? __builtin_fabsf(a)
                                                               : __builtin_fabsf(b);
         float small = __builtin_fabsf(a) + __builtin_fabsf(b) - large;
-        if (!(a * b < 0.0f) || !(large >= band->step_lb) ||
+        if (!(a * b < 0.0f) || !(large >= band->sudden_change_min_lb) ||
             small < MR_BANDS_SUDDEN_IGNORED_SHARE * large)
             continue;
         float before_lb = get_past_tension_lb(bands, band->gage[i + 1], 4) -
@@ -164,8 +165,8 @@ static unsigned find_rivet_pullout(const struct mr_bands *bands, const struct mr
 static unsigned find_gage_with_larger_step(const struct mr_band *band, const float *step_lb,
                                            unsigned place)
 {
-    if (place == 0 || place + 1 == band->gages)
-        return band->gages;
+    if (place == 0 || place + 1 == band->gage_count)
+        return band->gage_count;
     return __builtin_fabsf(step_lb[place - 1]) > __builtin_fabsf(step_lb[place + 1]) ? place - 1
                                                                                      : place + 1;
 }
@@ -178,13 +179,13 @@ static void record_candidate(const struct mr_bands *bands, struct mr_band *band,
 {
     unsigned worst = 0, drops = 0, rises = 0;
     float from_lb[MR_GAGES];
-    for (unsigned i = 1; i < band->gages; i++) {
+    for (unsigned i = 1; i < band->gage_count; i++) {
         if (__builtin_fabsf(step_lb[i]) > __builtin_fabsf(step_lb[worst]) ||
             __builtin_isnan(step_lb[worst]))
             worst = i;
     }
     float least_lb = MR_BANDS_SUDDEN_IGNORED_SHARE * __builtin_fabsf(step_lb[worst]);
-    for (unsigned i = 0; i < band->gages; i++) {
+    for (unsigned i = 0; i < band->gage_count; i++) {
         drops += step_lb[i] <= -least_lb;
         rises += step_lb[i] >= least_lb;
         from_lb[i] = get_past_tension_lb(bands, band->gage[i], 4) +
@@ -195,7 +196,7 @@ static void record_candidate(const struct mr_bands *bands, struct mr_band *band,
                                         .change_lb = step_lb[worst],
                                         .block = block,
                                         .min_lb = PERSISTING_SHARE_MIN * step_lb[worst],
-                                        .from_lb = from_lb[worst]};
+                                        .before_lb = from_lb[worst]};
     if (rises) {
         doubt->reason = MR_BAND_PULLOUT;
     } else if (drops == 1) {
@@ -203,9 +204,9 @@ static void record_candidate(const struct mr_bands *bands, struct mr_band *band,
     } else {
         unsigned other = find_gage_with_larger_step(band, step_lb, worst);
         doubt->reason = MR_BAND_SLIP;
-        doubt->other = (uint8_t)(other < band->gages ? band->gage[other] + 1 : 0);
+        doubt->other_gage = (uint8_t)(other < band->gage_count ? band->gage[other] + 1 : 0);
         doubt->min_lb = PERSISTING_SHARE_MIN * compute_weighted_mean_lb(band, step_lb);
-        doubt->from_lb = compute_weighted_mean_lb(band, from_lb);
+        doubt->before_lb = compute_weighted_mean_lb(band, from_lb);
     }
 }
 
@@ -216,15 +217,15 @@ static void confirm_candidate(struct mr_bands *bands, unsigned number)
     const struct mr_band_candidate doubt = band->candidate;
     float now_lb[MR_GAGES];
     band->candidate.reason = 0;
-    for (unsigned i = 0; i < band->gages; i++)
+    for (unsigned i = 0; i < band->gage_count; i++)
         now_lb[i] = get_past_tension_lb(bands, band->gage[i], 0);
     float left_lb = (doubt.reason == MR_BAND_SLIP ? compute_weighted_mean_lb(band, now_lb)
                                                   : now_lb[doubt.position]) -
-                    doubt.from_lb;
+                    doubt.before_lb;
     if (!(doubt.min_lb < 0.0f ? left_lb <= doubt.min_lb : left_lb >= doubt.min_lb))
         return;
     band->is_baseline_frozen = true;
-    add_finding(bands, number, band->gage[doubt.position] + 1u, doubt.other,
+    add_finding(bands, number, band->gage[doubt.position] + 1u, doubt.other_gage,
                 (enum mr_band_reason)doubt.reason,
                 doubt.reason == MR_BAND_SLIP ? -doubt.change_lb : doubt.change_lb, doubt.block);
 }
@@ -235,10 +236,10 @@ static void classify_step(struct mr_bands *bands, unsigned number, uint32_t bloc
 {
     struct mr_band *band = &bands->band[number];
     float step_lb[MR_GAGES], trend_lb[MR_GAGES];
-    for (unsigned i = 0; i < band->gages; i++) {
+    for (unsigned i = 0; i < band->gage_count; i++) {
         unsigned g = band->gage[i];
-        if (get_past_tension_lb(bands, g, 6) < band->slack_lb ||
-            get_past_tension_lb(bands, g, 0) < band->slack_lb)
+        if (get_past_tension_lb(bands, g, 6) < band->slack_limit_lb ||
+            get_past_tension_lb(bands, g, 0) < band->slack_limit_lb)
             /* Report appendix C.5 applies only while the whole band is under tension: a slack band
              * also changes suddenly when it becomes tight. */
             return;
@@ -250,7 +251,7 @@ static void classify_step(struct mr_bands *bands, unsigned number, uint32_t bloc
     band->persist_steps = MR_BANDS_PERSIST_STEPS;
     block -= MR_BANDS_STEP_BLOCKS * 3u;
     unsigned i = find_rivet_pullout(bands, band, step_lb);
-    if (i == band->gages) {
+    if (i == band->gage_count) {
         record_candidate(bands, band, step_lb, trend_lb, block);
         return;
     }
@@ -264,7 +265,7 @@ static bool is_sudden_change(const struct mr_bands *bands, const struct mr_band 
 {
     float at2 = get_past_tension_lb(bands, gage, 2), at4 = get_past_tension_lb(bands, gage, 4);
     float step_lb = __builtin_fabsf(at2 - at4);
-    if (!(step_lb >= band->step_lb) ||
+    if (!(step_lb >= band->sudden_change_min_lb) ||
         __builtin_fabsf(get_past_tension_lb(bands, gage, 1) - get_past_tension_lb(bands, gage, 3)) >
             step_lb)
         /* There is no step; or the step is within one of the averaged intervals, and the next
@@ -279,7 +280,7 @@ static void check_for_slack(struct mr_bands *bands, unsigned number, unsigned ga
                             float wheel_ft, uint32_t block)
 {
     const struct mr_band *band = &bands->band[number];
-    if (!(lb < band->slack_lb)) {
+    if (!(lb < band->slack_limit_lb)) {
         bands->slack_step_count[gage] = 0;
         return;
     }
@@ -310,12 +311,12 @@ static void update_band(struct mr_bands *bands, unsigned number, const float *te
     bool sudden = false;
     if (quiet) /* movement before the landing does not count */
         band->min_tension = band->max_tension = (struct mr_band_extreme){.tension_lb = MR_NAN};
-    for (unsigned i = 0; i < band->gages; i++) {
+    for (unsigned i = 0; i < band->gage_count; i++) {
         unsigned g = band->gage[i];
         float lb = tension_lb[g];
         float change_lb = lb - get_past_tension_lb(bands, g, 1);
         bands->sum_lb[g] += lb;
-        bands->square_sum_lb2[g] += bands->group_steps ? change_lb * change_lb : 0.0f;
+        bands->square_sum_lb2[g] += bands->group_step_count ? change_lb * change_lb : 0.0f;
         if (__builtin_isnan(lb)) {
             bands->slack_step_count[g] = 0;
             continue;
@@ -345,7 +346,7 @@ static void check_for_unequal_tension(struct mr_bands *bands, unsigned number, u
     struct mr_band *band = &bands->band[number];
     unsigned low = MR_GAGES, high = MR_GAGES, valid = 0;
     float sum_lb = 0.0f;
-    for (unsigned i = 0; i < band->gages; i++) {
+    for (unsigned i = 0; i < band->gage_count; i++) {
         unsigned g = band->gage[i];
         float lb = bands->before_lb[g];
         if (__builtin_isnan(lb))
@@ -381,7 +382,7 @@ static void finish_group(struct mr_bands *bands, uint32_t block)
         struct mr_band *band = &bands->band[b];
         if (!bands->is_group_quiet || band->is_baseline_frozen)
             continue;
-        for (unsigned i = 0; i < band->gages; i++) {
+        for (unsigned i = 0; i < band->gage_count; i++) {
             bands->before_lb[band->gage[i]] = bands->group_mean_lb[band->gage[i]];
             bands->before_noise_lb[band->gage[i]] = bands->group_noise_lb[band->gage[i]];
         }
@@ -401,11 +402,11 @@ unsigned mr_bands_update(struct mr_bands *bands, const float tension_lb[MR_GAGES
     if (bands->filled_rows < MR_BANDS_HISTORY_STEPS)
         bands->filled_rows++;
     for (unsigned b = 0; b < MR_CONFIG_BANDS; b++) {
-        if (bands->band[b].gages)
+        if (bands->band[b].gage_count)
             update_band(bands, b, tension_lb, quiet, wheel_ft, block);
     }
     bands->is_group_quiet &= quiet;
-    if (++bands->group_steps == MR_BANDS_GROUP_STEPS)
+    if (++bands->group_step_count == MR_BANDS_GROUP_STEPS)
         finish_group(bands, block);
     return bands->finding_count;
 }
@@ -434,7 +435,7 @@ void mr_bands_get_summary(const struct mr_bands *bands, unsigned number,
     const struct mr_band *band = &bands->band[number];
     float before_variance = 0.0f, change_variance = 0.0f, low_lb = MR_NAN, high_lb = MR_NAN;
     *figures = (struct mr_band_summary){.min = band->min_tension, .max = band->max_tension};
-    for (unsigned i = 0; i < band->gages; i++) {
+    for (unsigned i = 0; i < band->gage_count; i++) {
         unsigned g = band->gage[i];
         const struct mr_channel_config *gage = &bands->channel[g];
         float before_lb = bands->before_lb[g], change_lb = bands->group_mean_lb[g] - before_lb;
@@ -444,7 +445,7 @@ void mr_bands_get_summary(const struct mr_bands *bands, unsigned number,
                       (float)MR_BANDS_GROUP_STEPS;
         float error_lb = mr_bands_tension_error_lb(gage, before_lb),
               gain_lb = gage->gain_error * change_lb;
-        figures->gages++;
+        figures->gage_count++;
         figures->before_lb += before_lb;
         figures->change_lb += change_lb;
         before_variance += error_lb * error_lb + noise;
@@ -452,7 +453,7 @@ void mr_bands_get_summary(const struct mr_bands *bands, unsigned number,
         low_lb = before_lb >= low_lb ? low_lb : before_lb;
         high_lb = before_lb <= high_lb ? high_lb : before_lb;
     }
-    float count = figures->gages ? (float)figures->gages : MR_NAN;
+    float count = figures->gage_count ? (float)figures->gage_count : MR_NAN;
     figures->before_lb /= count;
     figures->change_lb /= count;
     figures->after_lb = figures->before_lb + figures->change_lb;

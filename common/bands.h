@@ -65,7 +65,7 @@ struct mr_band_finding {
     uint8_t band, gage; /* numbers of band and gage, from 1 */
     /* gage on the other side of the connection; for "unequal" the gage with the most tension; 0:
      * none */
-    uint8_t other;
+    uint8_t other_gage;
     uint8_t reason; /* enum mr_band_reason */
     float value_lb;
     uint32_t block;
@@ -79,20 +79,21 @@ struct mr_band_extreme {
 
 struct mr_band_candidate { /* a sudden change that has not persisted long enough yet */
     uint8_t reason;        /* enum mr_band_reason; 0: none */
-    uint8_t position, other;
+    uint8_t position, other_gage;
     float change_lb; /* change at the gage `position` */
     /* change that must remain: of the weighted mean for a slip, otherwise of the gage */
     float min_lb;
-    float from_lb; /* tension before the change, extrapolated with the trend before and after it */
+    float
+        before_lb; /* tension before the change, extrapolated with the trend before and after it */
     uint32_t block;
 };
 
 struct mr_band {
-    uint8_t gages;
+    uint8_t gage_count;
     uint8_t gage[MR_GAGES]; /* numbers of the gages from 0, ordered by station */
     /* fraction of the band's length that each gage represents; the sum is 1 */
     float weight[MR_GAGES];
-    float step_lb, slack_lb, yield_lb;
+    float sudden_change_min_lb, slack_limit_lb, yield_lb;
     struct mr_band_extreme min_tension, max_tension;
     uint8_t persist_steps; /* steps until the next search for a sudden change */
     /* is_baseline_frozen: a failure was found, so the baseline does not change any more */
@@ -108,7 +109,7 @@ struct mr_bands {
     unsigned newest_row, filled_rows;
     /* sums over the group: tensions, and squared differences between successive steps */
     float sum_lb[MR_GAGES], square_sum_lb2[MR_GAGES];
-    unsigned group_steps;
+    unsigned group_step_count;
     bool is_group_quiet;
     /* means and noise of the last complete group; NaN: none */
     float group_mean_lb[MR_GAGES], group_noise_lb[MR_GAGES];
@@ -121,7 +122,8 @@ struct mr_bands {
 };
 
 struct mr_band_summary {
-    unsigned gages; /* number of gages with a valid tension both before and after the landing */
+    unsigned
+        gage_count; /* number of gages with a valid tension both before and after the landing */
     float before_lb, before_error_lb, spread_lb;
     float after_lb, change_lb, change_error_lb;
     struct mr_band_extreme min, max;

@@ -42,9 +42,9 @@ static void count_saturation(struct mr_block *block, unsigned channel, const uin
 {
     for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++, code += stride) {
         if (*code <= MR_CODE_LOW)
-            block->low[channel]++;
+            block->low_count[channel]++;
         else if (*code >= MR_CODE_HIGH)
-            block->high[channel]++;
+            block->high_count[channel]++;
     }
 }
 
@@ -61,9 +61,9 @@ void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
 {
     block->index = index;
     block->tick = tick;
-    block->absent = 0;
-    __builtin_memset(block->low, 0, sizeof block->low);
-    __builtin_memset(block->high, 0, sizeof block->high);
+    block->absent_channels = 0;
+    __builtin_memset(block->low_count, 0, sizeof block->low_count);
+    __builtin_memset(block->high_count, 0, sizeof block->high_count);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i += 2) {
         uint32_t plus = 0, minus = 0, extreme = 0;
 #pragma GCC unroll 4
@@ -96,15 +96,15 @@ void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
 void mr_scan_select_channels(struct mr_scan *scan, uint32_t absent)
 {
     unsigned count = 0;
-    *scan = (struct mr_scan){.absent = absent & MR_BITS_OPTIONAL};
+    *scan = (struct mr_scan){.absent_channels = absent & MR_BITS_OPTIONAL};
     for (unsigned channel = 0; channel < MR_CHANNELS; channel++) {
-        if (scan->absent >> channel & 1u)
+        if (scan->absent_channels >> channel & 1u)
             continue;
         scan->channel[count++] = (uint8_t)channel;
         if (channel < MR_TRANSDUCERS)
             scan->transducer_count++;
     }
-    scan->other_count = (uint8_t)(count - scan->transducer_count);
+    scan->adc1_count = (uint8_t)(count - scan->transducer_count);
 }
 
 /* Sums even and odd scans of a converter, a pair of columns at a time, and counts saturated
@@ -145,15 +145,16 @@ void mr_block_from_fitted_scans(struct mr_block *block, const struct mr_scan *sc
 {
     uint16_t even[MR_ADC1_CHANNELS], odd[MR_ADC1_CHANNELS];
     const uint8_t *channel = scan->channel;
-    *block = (struct mr_block){.index = index, .tick = tick, .absent = scan->absent};
+    *block =
+        (struct mr_block){.index = index, .tick = tick, .absent_channels = scan->absent_channels};
     sum_columns(block, channel, scan->transducer_count, transducers, even, odd);
     for (unsigned i = 0; i < scan->transducer_count; i++) {
         block->forward_sum[channel[i]] = even[i];
         block->reversed_sum[channel[i]] = odd[i];
     }
     channel += scan->transducer_count;
-    sum_columns(block, channel, scan->other_count, others, even, odd);
-    for (unsigned i = 0; i < scan->other_count; i++)
+    sum_columns(block, channel, scan->adc1_count, others, even, odd);
+    for (unsigned i = 0; i < scan->adc1_count; i++)
         block->sum[channel[i] - MR_TRANSDUCERS] = (uint16_t)(even[i] + odd[i]);
 }
 
@@ -170,8 +171,9 @@ static uint32_t get_u24(const uint8_t **p)
 
 size_t mr_block_encode(const struct mr_block *block, uint8_t out[MR_BLOCK_BYTES_MAX])
 {
-    uint8_t *p = put_u24(mr_put_u32(mr_put_u32(out, block->index), block->tick), block->absent);
-    uint32_t absent = mr_block_absent_sums(block->absent);
+    uint8_t *p = put_u24(mr_put_u32(mr_put_u32(out, block->index), block->tick),
+                         block->absent_channels);
+    uint32_t absent = mr_block_absent_sums(block->absent_channels);
     for (unsigned i = 0; i < MR_BLOCK_SUMS; i++) {
         if (!(absent >> i & 1u))
             p = mr_put_u16(p, block->sums[i]);
@@ -181,9 +183,10 @@ size_t mr_block_encode(const struct mr_block *block, uint8_t out[MR_BLOCK_BYTES_
     uint32_t mask = 0;
     p += 3;
     for (unsigned channel = 0; channel < MR_CHANNELS; channel++) {
-        if (block->low[channel] | block->high[channel]) {
+        if (block->low_count[channel] | block->high_count[channel]) {
             mask |= 1u << channel;
-            p = mr_put_u8(p, (uint8_t)(block->low[channel] << 4 | block->high[channel]));
+            p = mr_put_u8(p,
+                          (uint8_t)(block->low_count[channel] << 4 | block->high_count[channel]));
         }
     }
     put_u24(mask_at, mask);
@@ -198,10 +201,10 @@ enum mr_status mr_block_decode(struct mr_block *block, const uint8_t *bytes, siz
     memset(block, 0, sizeof *block);
     block->index = mr_get_u32(&p);
     block->tick = mr_get_u32(&p);
-    block->absent = get_u24(&p);
-    if (block->absent & ~MR_BITS_OPTIONAL)
+    block->absent_channels = get_u24(&p);
+    if (block->absent_channels & ~MR_BITS_OPTIONAL)
         return MR_MALFORMED;
-    uint32_t absent = mr_block_absent_sums(block->absent);
+    uint32_t absent = mr_block_absent_sums(block->absent_channels);
     size_t expected = 8u + 3u + 2u * (MR_BLOCK_SUMS - (size_t)__builtin_popcount(absent)) + 3u;
     if (length < expected)
         return MR_TRUNCATED;
@@ -211,7 +214,7 @@ enum mr_status mr_block_decode(struct mr_block *block, const uint8_t *bytes, siz
     }
 
     uint32_t mask = get_u24(&p);
-    if (mask & block->absent)
+    if (mask & block->absent_channels)
         return MR_MALFORMED;
     expected += (size_t)__builtin_popcount(mask);
     if (length != expected)
@@ -220,9 +223,10 @@ enum mr_status mr_block_decode(struct mr_block *block, const uint8_t *bytes, siz
         if (!(mask & 1u << channel))
             continue;
         uint8_t counts = mr_get_u8(&p);
-        block->low[channel] = counts >> 4;
-        block->high[channel] = counts & 15u;
-        if (counts == 0 || block->low[channel] + block->high[channel] > (int)MR_SCANS_PER_BLOCK)
+        block->low_count[channel] = counts >> 4;
+        block->high_count[channel] = counts & 15u;
+        if (counts == 0 ||
+            block->low_count[channel] + block->high_count[channel] > (int)MR_SCANS_PER_BLOCK)
             return MR_MALFORMED;
     }
     return MR_OK;

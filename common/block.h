@@ -58,9 +58,9 @@ struct mr_block {
         };
         uint16_t sums[MR_BLOCK_SUMS]; /* all sums as one array */
     };
-    uint32_t absent;          /* bit c: channel c is not fitted */
-    uint8_t low[MR_CHANNELS]; /* number of saturated codes, 0..8 */
-    uint8_t high[MR_CHANNELS];
+    uint32_t absent_channels;       /* bit c: channel c is not fitted */
+    uint8_t low_count[MR_CHANNELS]; /* number of saturated codes, 0..8 */
+    uint8_t high_count[MR_CHANNELS];
 };
 
 /* Bit i is set when sums[i] belongs to an absent channel. */
@@ -74,8 +74,8 @@ static inline uint32_t mr_block_absent_sums(uint32_t absent)
 /* The channels that the converters scan: those that are fitted, in order, first the transducers
  * (converter 3), then the others (converter 1). */
 struct mr_scan {
-    uint32_t absent;
-    uint8_t transducer_count, other_count; /* numbers of conversions per scan */
+    uint32_t absent_channels;
+    uint8_t transducer_count, adc1_count; /* conversions per scan of ADC3 and of ADC1 */
     uint8_t channel[MR_CHANNELS];
 };
 /* Sets the scan to all channels except those in the bit mask `absent`. Only bits of
@@ -89,7 +89,7 @@ void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
                          uint16_t adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS]);
 
 /* As mr_block_from_scans, for the channels in `scan` only: the rows have scan->transducer_count and
- * scan->other_count codes. */
+ * scan->adc1_count codes. */
 void mr_block_from_fitted_scans(struct mr_block *block, const struct mr_scan *scan, uint32_t index,
                                 uint32_t tick, const uint16_t *transducers, const uint16_t *others);
 

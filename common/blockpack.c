@@ -79,10 +79,10 @@ static void gather_present_sums(struct sums *sums, const struct mr_block *block)
     sums->value = block->sums;
     sums->four_code_count = 2u * MR_TRANSDUCERS;
     sums->count = MR_PACK_SUMS;
-    if (!block->absent)
+    if (!block->absent_channels)
         return;
-    count_present_sums(sums, block->absent);
-    uint32_t absent = mr_block_absent_sums(block->absent);
+    count_present_sums(sums, block->absent_channels);
+    uint32_t absent = mr_block_absent_sums(block->absent_channels);
     uint16_t *to = sums->gathered;
     sums->value = to;
     for (unsigned i = 0; i < MR_PACK_SUMS; i++) {
@@ -101,7 +101,7 @@ static unsigned compute_rice_parameter(const struct mr_pack *pack, unsigned i)
 static void update_prediction(struct mr_pack *pack, unsigned i, uint32_t z, uint16_t value)
 {
     pack->mean_x16[i] += z - (pack->mean_x16[i] >> 4);
-    pack->value[i] = value;
+    pack->previous_sum[i] = value;
 }
 
 void mr_pack_reset(struct mr_pack *pack)
@@ -114,7 +114,7 @@ void mr_pack_reset(struct mr_pack *pack)
 bool mr_pack_can_omit_key(const struct mr_pack *pack, const struct mr_block *block)
 {
     return pack->has_key && block->index == pack->index && block->tick == pack->tick &&
-           block->absent == pack->absent;
+           block->absent_channels == pack->absent_channels;
 }
 
 size_t mr_pack_key_block(struct mr_pack *pack, const struct mr_block *block,
@@ -125,13 +125,13 @@ size_t mr_pack_key_block(struct mr_pack *pack, const struct mr_block *block,
     pack->has_key = true;
     pack->index = block->index;
     pack->tick = block->tick;
-    pack->absent = block->absent;
+    pack->absent_channels = block->absent_channels;
     mr_bit_writer_put(&w, EXTENDED_TAG(EXTENDED_KEY), EXTENDED_TAG_BITS);
     mr_bit_writer_put32(&w, block->index);
     mr_bit_writer_put32(&w, block->tick);
-    if (block->absent) {
+    if (block->absent_channels) {
         mr_bit_writer_put(&w, EXTENDED_TAG(EXTENDED_ABSENT_CHANNELS), EXTENDED_TAG_BITS);
-        mr_bit_writer_put(&w, block->absent, 24);
+        mr_bit_writer_put(&w, block->absent_channels, 24);
     }
     return mr_bit_writer_end(&w, out);
 }
@@ -148,18 +148,19 @@ static void put_saturation(struct mr_bit_writer *w, struct mr_pack *pack,
                            const struct mr_block *block)
 {
     uint32_t mask = 0;
-    if (has_same_counts(pack->low, block->low) && has_same_counts(pack->high, block->high))
+    if (has_same_counts(pack->low_count, block->low_count) &&
+        has_same_counts(pack->high_count, block->high_count))
         return;
     for (unsigned c = 0; c < MR_CHANNELS; c++)
-        mask |= (block->low[c] || block->high[c] ? 1u : 0u) << c;
+        mask |= (block->low_count[c] || block->high_count[c] ? 1u : 0u) << c;
     mr_bit_writer_put(w, EXTENDED_TAG(EXTENDED_SATURATION), EXTENDED_TAG_BITS);
     mr_bit_writer_put(w, mask, 24);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         if (mask >> c & 1u)
-            mr_bit_writer_put(w, (uint32_t)(block->low[c] << 4 | block->high[c]), 8);
+            mr_bit_writer_put(w, (uint32_t)(block->low_count[c] << 4 | block->high_count[c]), 8);
     }
-    memcpy(pack->low, block->low, sizeof pack->low);
-    memcpy(pack->high, block->high, sizeof pack->high);
+    memcpy(pack->low_count, block->low_count, sizeof pack->low_count);
+    memcpy(pack->high_count, block->high_count, sizeof pack->high_count);
 }
 
 /* Writes all sums as differences from the previous block. Returns the number of bits. */
@@ -170,7 +171,7 @@ static size_t put_packed(struct mr_bit_writer *to, struct mr_pack *pack, const u
     mr_bit_writer_put(&w, TAG_PACKED, MR_PACK_TAG_BITS);
 #pragma GCC unroll 4
     for (unsigned i = 0; i < count; i++) {
-        int32_t d = (int32_t)value[i] - (int32_t)pack->value[i];
+        int32_t d = (int32_t)value[i] - (int32_t)pack->previous_sum[i];
         uint32_t z = (uint32_t)d << 1 ^ (uint32_t)(d >> 31);
         unsigned k = compute_rice_parameter(pack, i);
         uint32_t q = z >> k;
@@ -286,10 +287,11 @@ static uint32_t get_rice(struct bit_reader *r, unsigned k)
 static void get_block(struct bit_reader *r, struct mr_pack *pack, unsigned tag,
                       struct mr_block *block)
 {
-    uint32_t absent = mr_block_absent_sums(pack->absent);
+    uint32_t absent = mr_block_absent_sums(pack->absent_channels);
     struct sums sums;
-    count_present_sums(&sums, pack->absent);
-    *block = (struct mr_block){.index = pack->index++, .tick = pack->tick, .absent = pack->absent};
+    count_present_sums(&sums, pack->absent_channels);
+    *block = (struct mr_block){
+        .index = pack->index++, .tick = pack->tick, .absent_channels = pack->absent_channels};
     pack->tick += MR_TICKS_PER_BLOCK;
     for (unsigned i = 0, place = 0; i < sums.count; i++, place++) {
         while (absent >> place & 1u)
@@ -299,16 +301,16 @@ static void get_block(struct bit_reader *r, struct mr_pack *pack, unsigned tag,
         if (tag == TAG_PACKED) {
             z = get_rice(r, compute_rice_parameter(pack, i));
             int32_t d = (int32_t)(z >> 1) ^ -(int32_t)(z & 1u);
-            *value = (uint16_t)((int32_t)pack->value[i] + d);
+            *value = (uint16_t)((int32_t)pack->previous_sum[i] + d);
         } else {
             *value = (uint16_t)get_bits(r, tag == TAG_PLAIN ? get_plain_bit_count(&sums, i) : 16u);
-            int32_t d = (int32_t)*value - (int32_t)pack->value[i];
+            int32_t d = (int32_t)*value - (int32_t)pack->previous_sum[i];
             z = (uint32_t)d << 1 ^ (uint32_t)(d >> 31);
         }
         update_prediction(pack, i, z, *value);
     }
-    memcpy(block->low, pack->low, sizeof block->low);
-    memcpy(block->high, pack->high, sizeof block->high);
+    memcpy(block->low_count, pack->low_count, sizeof block->low_count);
+    memcpy(block->high_count, pack->high_count, sizeof block->high_count);
 }
 
 static void get_saturation(struct bit_reader *r, struct mr_pack *pack)
@@ -316,8 +318,8 @@ static void get_saturation(struct bit_reader *r, struct mr_pack *pack)
     uint32_t mask = get_bits(r, 24);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         uint32_t counts = mask >> c & 1u ? get_bits(r, 8) : 0;
-        pack->low[c] = (uint8_t)(counts >> 4);
-        pack->high[c] = (uint8_t)(counts & 15u);
+        pack->low_count[c] = (uint8_t)(counts >> 4);
+        pack->high_count[c] = (uint8_t)(counts & 15u);
     }
 }
 
@@ -349,8 +351,8 @@ static enum mr_status get_extended_record(struct bit_reader *r, struct mr_pack *
         get_block(r, pack, TAG_EXTENDED, &record->block);
         return MR_OK;
     case EXTENDED_ABSENT_CHANNELS:
-        pack->absent = get_bits(r, 24);
-        return pack->has_key && !(pack->absent & ~MR_BITS_OPTIONAL) ? MR_OK : MR_MALFORMED;
+        pack->absent_channels = get_bits(r, 24);
+        return pack->has_key && !(pack->absent_channels & ~MR_BITS_OPTIONAL) ? MR_OK : MR_MALFORMED;
     case EXTENDED_PADDING: r->at = (r->at + 7) / 8 * 8; return MR_OK;
     default: return MR_MALFORMED;
     }

@@ -48,11 +48,11 @@ struct mr_pack {
     bool has_key;   /* index and tick are known */
     uint32_t index; /* index of the next block */
     uint32_t tick;
-    uint32_t absent;
+    uint32_t absent_channels;
     /* sums of the previous block: only those that are present, without gaps */
-    uint16_t value[MR_PACK_SUMS];
+    uint16_t previous_sum[MR_PACK_SUMS];
     uint32_t mean_x16[MR_PACK_SUMS]; /* running mean of z for each sum, times 16 */
-    uint8_t low[MR_CHANNELS], high[MR_CHANNELS];
+    uint8_t low_count[MR_CHANNELS], high_count[MR_CHANNELS];
     /* the previous block was wide, so a difference from it may need more than 16 bits */
     bool is_wide;
 };

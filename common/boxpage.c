@@ -82,17 +82,18 @@ void mr_boxpage_get_start(const uint8_t page[MR_BOXPAGE_BYTES], struct mr_boxpag
 void mr_boxpage_put_end(uint8_t page[MR_BOXPAGE_BYTES], const struct mr_boxpage_end *end)
 {
     uint8_t *p = begin_page(page, MR_BOXPAGE_END);
-    mr_put_u32(mr_put_u32(mr_put_u32(mr_put_u32(p, end->first_block), end->blocks), end->lost),
-               end->messages_lost);
+    mr_put_u32(mr_put_u32(mr_put_u32(mr_put_u32(p, end->first_block), end->stored_blocks),
+                          end->lost_blocks),
+               end->lost_messages);
 }
 
 void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE_BYTES], struct mr_boxpage_end *end)
 {
     const uint8_t *p = page + MR_BOXPAGE_HEADER_BYTES;
     end->first_block = mr_get_u32(&p);
-    end->blocks = mr_get_u32(&p);
-    end->lost = mr_get_u32(&p);
-    end->messages_lost = mr_get_u32(&p);
+    end->stored_blocks = mr_get_u32(&p);
+    end->lost_blocks = mr_get_u32(&p);
+    end->lost_messages = mr_get_u32(&p);
 }
 
 /* ---- reading a record ---- */
@@ -105,13 +106,13 @@ void mr_box_reader_begin(struct mr_box_reader *reader, const uint8_t *pages, con
     memset(reader, 0, sizeof *reader);
     reader->pages = pages;
     reader->present = present;
-    reader->count = count;
+    reader->page_count = count;
 }
 
 static const uint8_t *find_stream_page(const struct mr_box_reader *reader, size_t i)
 {
     const uint8_t *page = reader->pages + i * MR_BOXPAGE_BYTES;
-    bool there = i < reader->count && reader->present[i] &&
+    bool there = i < reader->page_count && reader->present[i] &&
                  (page[MR_BOXPAGE_KIND_OFFSET] | MR_BOXPAGE_NOT_FREED) ==
                      (MR_BOXPAGE_NOT_FREED | MR_BOXPAGE_STREAM);
     return there ? page : NULL;
@@ -119,7 +120,7 @@ static const uint8_t *find_stream_page(const struct mr_box_reader *reader, size_
 
 static bool resynchronise(struct mr_box_reader *reader)
 {
-    for (; reader->page < reader->count; reader->page++) {
+    for (; reader->page < reader->page_count; reader->page++) {
         const uint8_t *page = find_stream_page(reader, reader->page);
         if (page && page[MR_BOXPAGE_FIRST_OFFSET] < MR_BOXPAGE_PAYLOAD_BYTES) {
             reader->bit = 8u * page[MR_BOXPAGE_FIRST_OFFSET];

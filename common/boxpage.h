@@ -63,12 +63,12 @@ void mr_boxpage_get_start(const uint8_t page[MR_BOXPAGE_BYTES],
 
 /* Payload of an end page. */
 struct mr_boxpage_end {
-    uint32_t first_block; /* index of the first block in the stream */
-    uint32_t blocks;      /* number of blocks stored */
+    uint32_t first_block;   /* index of the first block in the stream */
+    uint32_t stored_blocks; /* number of blocks stored */
     /* number of blocks since first_block that were not stored: no room, or lost earlier by the
      * board */
-    uint32_t lost;
-    uint32_t messages_lost; /* number of messages that were not stored */
+    uint32_t lost_blocks;
+    uint32_t lost_messages; /* number of messages that were not stored */
 };
 void mr_boxpage_put_end(uint8_t page[MR_BOXPAGE_BYTES], const struct mr_boxpage_end *end);
 void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE_BYTES], struct mr_boxpage_end *end);
@@ -84,7 +84,7 @@ void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE_BYTES], struct mr_boxpage_
 struct mr_box_reader {
     const uint8_t *pages;
     const uint8_t *present;
-    size_t count;
+    size_t page_count;
     size_t page; /* page on which the next record of the stream begins */
     size_t bit;
     bool is_synchronised;

@@ -102,7 +102,7 @@ static const struct mr_message_info messages[] = {
                          .direction = MR_DIRECTION_##way, .length = sizeof(struct this##_wire), \
                          .field_count = sizeof this##_fields / sizeof this##_fields[0],         \
                              .fields = this##_fields,
-#define PERIOD_MS(name, NAME, ms) .every_ms = ms,
+#define PERIOD_MS(name, NAME, ms) .period_ms = ms,
 #define END_MESSAGE(name, NAME) },
 /* clang-format on */
 #include "common/catalogue.def"
@@ -175,9 +175,9 @@ static void append_number(char **out, const char *end, long number)
 static void append_values(char **out, const char *end, const struct mr_field_info *field)
 {
     bool first = true;
-    for (const struct mr_value *value = field->values; value->word; value++) {
+    for (const struct mr_value *value = field->values; value->text; value++) {
         long number = value->number;
-        if (!value->word[0])
+        if (!value->text[0])
             continue;
         for (number = field->coding == MR_CODING_FLAGS ? 0 : number;
              field->coding == MR_CODING_FLAGS && value->number >> number > 1;)
@@ -185,7 +185,7 @@ static void append_values(char **out, const char *end, const struct mr_field_inf
         append(out, end, first ? "" : ", ");
         append_number(out, end, number);
         append(out, end, " ");
-        append(out, end, value->word);
+        append(out, end, value->text);
         first = false;
     }
 }
@@ -309,10 +309,10 @@ size_t mr_series_pack_put(const struct mr_series_pack *pack, const float *readin
 {
     const struct mr_series *series = &all_series[pack->series];
     uint8_t *p = out;
-    for (unsigned i = 0; i < pack->count; i++)
-        p = mr_put_real_i16(p, readings[pack->first - 1u + i], series->counts_per_unit);
-    if (pack->count < MR_PACK_READINGS)
-        p = mr_put_u16(p, get_missing_bits(readings, series->readings));
+    for (unsigned i = 0; i < pack->reading_count; i++)
+        p = mr_put_real_i16(p, readings[pack->first_reading - 1u + i], series->counts_per_unit);
+    if (pack->reading_count < MR_PACK_READINGS)
+        p = mr_put_u16(p, get_missing_bits(readings, series->reading_count));
     p = mr_put_u16(p, (uint16_t)index);
     return (size_t)(p - out);
 }
@@ -320,7 +320,7 @@ size_t mr_series_pack_put(const struct mr_series_pack *pack, const float *readin
 unsigned mr_series_pack_get(const struct mr_series_pack *pack, const uint8_t *payload,
                             float readings[MR_PACK_READINGS])
 {
-    for (unsigned i = 0; i < pack->count; i++)
+    for (unsigned i = 0; i < pack->reading_count; i++)
         readings[i] = mr_get_real_i16(&payload, all_series[pack->series].counts_per_unit);
-    return pack->count;
+    return pack->reading_count;
 }

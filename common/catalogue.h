@@ -91,10 +91,10 @@ enum mr_wire_type {
     MR_WIRE_f32
 };
 
-/* Meaning of one number of an ENUM. `word` is NULL after the last entry. */
+/* Meaning of one number of an ENUM. `text` is NULL after the last entry. */
 struct mr_value {
     long number;
-    const char *word; /* word for the number; "": no message contains this number */
+    const char *text; /* text for the number; "": no message contains this number */
 };
 enum mr_coding { MR_CODING_NONE, MR_CODING_ENUM, MR_CODING_FLAGS, MR_CODING_BIT_PAIRS };
 
@@ -117,7 +117,7 @@ struct mr_message_info {
     enum mr_direction direction;
     uint8_t length; /* length of the payload, bytes */
     uint8_t field_count;
-    uint16_t every_ms; /* period, ms; 0: not periodic */
+    uint16_t period_ms; /* period, ms; 0: not periodic */
     const struct mr_field_info *fields;
 };
 
@@ -188,18 +188,18 @@ enum mr_series_pack_number {
 struct mr_series {
     enum mr_channel_kind kind; /* kind of the channels; their numbers begin at 1 */
     char letter;               /* prefix of a channel's name: d1, t14 */
-    uint8_t readings;          /* number of readings, at most 16 */
+    uint8_t reading_count;     /* number of readings, at most 16 */
     /* number of blocks averaged in a reading, which is also the number of blocks between two
      * packs */
-    uint8_t blocks;
+    uint8_t averaged_blocks;
     float counts_per_unit; /* counts per inch or pound */
 };
 
 struct mr_series_pack {
     uint16_t id;
-    uint8_t series; /* enum mr_series_number */
-    uint8_t first;  /* number of the first reading in the pack, from 1 */
-    uint8_t count;
+    uint8_t series;        /* enum mr_series_number */
+    uint8_t first_reading; /* number of the first reading in the pack, from 1 */
+    uint8_t reading_count;
 };
 
 /* These functions return a row of the tables; `number` is below MR_SERIES_COUNT or

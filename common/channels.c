@@ -12,7 +12,7 @@ float mr_reference_ratio(const struct mr_channel_config *reference, const struct
     unsigned channel = MR_TRANSDUCERS + MR_ADC1_REFERENCE;
     float wanted = reference->zero_code > 0.0f ? reference->zero_code : MR_REFERENCE_CODE;
     float code = (float)block->sum[MR_ADC1_REFERENCE] / CODES_PER_SUM;
-    if (block->low[channel] || block->high[channel] ||
+    if (block->low_count[channel] || block->high_count[channel] ||
         code < wanted * (1.0f - MR_REFERENCE_TOLERANCE) ||
         code > wanted * (1.0f + MR_REFERENCE_TOLERANCE))
         return MR_NAN;
@@ -21,11 +21,12 @@ float mr_reference_ratio(const struct mr_channel_config *reference, const struct
 
 static uint8_t find_saturated_ends(const struct mr_block *block, unsigned channel)
 {
-    if (block->low[channel] == MR_SCANS_PER_BLOCK)
+    if (block->low_count[channel] == MR_SCANS_PER_BLOCK)
         return MR_INVALID_OPEN;
-    if (block->high[channel] == MR_SCANS_PER_BLOCK)
+    if (block->high_count[channel] == MR_SCANS_PER_BLOCK)
         return MR_INVALID_SHORT;
-    return block->low[channel] || block->high[channel] ? MR_INVALID_SATURATED : MR_VALID;
+    return block->low_count[channel] || block->high_count[channel] ? MR_INVALID_SATURATED
+                                                                   : MR_VALID;
 }
 
 /* Detects, from the common mode and the amplitude, a transducer that is not connected or not
@@ -148,7 +149,7 @@ static float compute_linearity_share(const struct mr_channel_config *config, flo
 
 float mr_reading_error(const struct mr_channel_config *config, const struct mr_error_conditions *c)
 {
-    float variance = square(c->noise) / c->averaged;
+    float variance = square(c->noise) / c->averaged_blocks;
     float scaled = c->value;
     if (square(c->noise) < square(MR_QUANTISATION_NOISE_CODES * config->unit_per_code))
         variance += square(MR_QUANTISATION_CODES * config->unit_per_code);

@@ -149,9 +149,9 @@ void mr_channel_set_item(struct mr_channel_config *config, unsigned item, float 
 #define MR_QUANTISATION_NOISE_CODES 0.18f
 
 struct mr_error_conditions {
-    float value;    /* the reading or the movement, in inches or pounds */
-    float noise;    /* standard deviation of one block, in inches or pounds */
-    float averaged; /* number of blocks averaged in the reading */
+    float value;           /* the reading or the movement, in inches or pounds */
+    float noise;           /* standard deviation of one block, in inches or pounds */
+    float averaged_blocks; /* number of blocks averaged in the reading */
     /* number of blocks in the baseline of a movement; 0: an absolute reading */
     float baseline_blocks;
     /* hours since the zero was measured; for a movement, since the baseline */

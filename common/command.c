@@ -7,7 +7,7 @@
 struct command_row {
     uint8_t code;
     const char *name;
-    bool indexed;
+    bool has_index;
     int32_t counts_per_unit;
 };
 
@@ -60,7 +60,7 @@ enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_comma
         if (!p)
             continue;
         p = skip_blanks(p);
-        if (command_rows[i].indexed) {
+        if (command_rows[i].has_index) {
             p = parse_scaled(p, 1, &index);
             if (!p || index < 0 || index > 255)
                 return MR_USAGE;

@@ -28,7 +28,7 @@ struct basis {
 
 static double scale_time(const struct mr_gates_fit *fit, double t_s)
 {
-    return (t_s - fit->mid_s) / fit->half_s;
+    return (t_s - fit->mid_time_s) / fit->half_span_s;
 }
 
 static void compute_values(const struct mr_gates_fit *fit, double tau, double value[TERM_COUNT])
@@ -36,18 +36,18 @@ static void compute_values(const struct mr_gates_fit *fit, double tau, double va
     memset(value, 0, TERM_COUNT * sizeof value[0]);
     value[0] = 1.0;
     value[1] = tau;
-    for (unsigned k = 2; k <= fit->order; k++)
+    for (unsigned k = 2; k <= fit->degree; k++)
         value[k] = 2.0 * tau * value[k - 1] - value[k - 2];
 }
 
 static void compute_basis(const struct mr_gates_fit *fit, double t_s, struct basis *basis)
 {
     double tau = scale_time(fit, t_s);
-    double per_s = 1.0 / fit->half_s;
+    double per_s = 1.0 / fit->half_span_s;
     memset(basis, 0, sizeof *basis);
     compute_values(fit, tau, basis->value);
     basis->first_derivative[1] = per_s;
-    for (unsigned k = 2; k <= fit->order; k++) {
+    for (unsigned k = 2; k <= fit->degree; k++) {
         basis->first_derivative[k] = 2.0 * per_s * basis->value[k - 1] +
                                      2.0 * tau * basis->first_derivative[k - 1] -
                                      basis->first_derivative[k - 2];
@@ -67,7 +67,7 @@ static double add_in_quadrature(double a, double b)
 static double evaluate_fit(const struct mr_gates_fit *fit, const double *terms)
 {
     double sum = 0.0;
-    for (unsigned k = 0; k <= fit->order; k++)
+    for (unsigned k = 0; k <= fit->degree; k++)
         sum += fit->coefficient[k] * terms[k];
     return sum;
 }
@@ -86,7 +86,7 @@ static double get_variance(const double covariance[TERM_COUNT][TERM_COUNT], unsi
 
 static double compute_standard_error(const struct mr_gates_fit *fit, const double *gradient)
 {
-    return sqrt(get_variance(fit->covariance, fit->order + 1, gradient));
+    return sqrt(get_variance(fit->covariance, fit->degree + 1, gradient));
 }
 
 /* Cholesky factor in place (lower triangle). False: the matrix is not positive definite. */
@@ -150,10 +150,10 @@ enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned 
             return MR_MALFORMED;
     }
     memset(fit, 0, sizeof *fit);
-    fit->order = order;
+    fit->degree = order;
     fit->count = (unsigned)count;
-    fit->mid_s = 0.5 * (gates[0].t_s + gates[count - 1].t_s);
-    fit->half_s = 0.5 * (gates[count - 1].t_s - gates[0].t_s);
+    fit->mid_time_s = 0.5 * (gates[0].t_s + gates[count - 1].t_s);
+    fit->half_span_s = 0.5 * (gates[count - 1].t_s - gates[0].t_s);
 
     for (size_t g = 0; g < count; g++) {
         double value[TERM_COUNT];
@@ -188,7 +188,7 @@ enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned 
 
 static double sum_of_squares(const struct mr_gates_fit *fit)
 {
-    return fit->residual_ft * fit->residual_ft * (double)(fit->count - fit->order - 1);
+    return fit->residual_ft * fit->residual_ft * (double)(fit->count - fit->degree - 1);
 }
 
 enum mr_status mr_gates_fit_best(const struct mr_gate *gates, size_t count,
@@ -197,14 +197,14 @@ enum mr_status mr_gates_fit_best(const struct mr_gate *gates, size_t count,
     enum mr_status status = mr_gates_fit(gates, count, count > 2 ? 2 : 1, position_error_ft, fit);
     if (status != MR_OK)
         return status;
-    for (unsigned order = fit->order + 1; order <= MR_GATES_ORDER_MAX && count >= order + 4;
+    for (unsigned order = fit->degree + 1; order <= MR_GATES_ORDER_MAX && count >= order + 4;
          order++) {
         struct mr_gates_fit higher;
         if (mr_gates_fit(gates, count, order, position_error_ft, &higher) != MR_OK)
             break;
         double gain = (sum_of_squares(fit) - sum_of_squares(&higher)) /
                       (position_error_ft * position_error_ft);
-        if (gain > mr_chi_square_limit(order - fit->order, MR_SIGMA_1_IN_100))
+        if (gain > mr_chi_square_limit(order - fit->degree, MR_SIGMA_1_IN_100))
             *fit = higher;
     }
     return MR_OK;
@@ -221,7 +221,7 @@ void mr_gates_motion_at_time(const struct mr_gates_fit *fit, double t_s,
     motion->speed_ft_s = (struct mr_estimate){evaluate_fit(fit, basis.first_derivative),
                                               compute_standard_error(fit, basis.first_derivative)};
     motion->deceleration_ft_s2 = (struct mr_estimate){(double)NAN, (double)NAN};
-    if (fit->order >= 2)
+    if (fit->degree >= 2)
         motion->deceleration_ft_s2 =
             (struct mr_estimate){-evaluate_fit(fit, basis.second_derivative),
                                  compute_standard_error(fit, basis.second_derivative)};
@@ -259,15 +259,15 @@ static bool test_next_outlier(const struct mr_gate *gates, size_t count, double 
     struct mr_gates_fit without;
     if (count > 5 && search->next < count) {
         if (fit_without_gate(gates, count, search->next, position_error_ft, &without) &&
-            (!search->found || without.residual_ft < search->min_residual_ft)) {
-            search->found = true;
+            (!search->is_found || without.residual_ft < search->min_residual_ft)) {
+            search->is_found = true;
             search->outlier = search->next;
             search->min_residual_ft = without.residual_ft;
         }
         search->next++;
         return true;
     }
-    if (search->found)
+    if (search->is_found)
         (void)fit_without_gate(gates, count, search->outlier, position_error_ft, fit);
     return false;
 }
@@ -324,8 +324,9 @@ static bool find_crossing(const struct mr_gates_fit *fit, bool speed, double sig
 enum mr_status mr_gates_motion_at_station(const struct mr_gates_fit *fit, double station_ft,
                                           bool beyond_last, struct mr_motion_estimate *motion)
 {
-    double first_s = fit->mid_s - fit->half_s, last_s = fit->mid_s + fit->half_s;
-    double margin_s = 3.0 * fit->half_s / (double)(fit->count - 1);
+    double first_s = fit->mid_time_s - fit->half_span_s,
+           last_s = fit->mid_time_s + fit->half_span_s;
+    double margin_s = 3.0 * fit->half_span_s / (double)(fit->count - 1);
     double t_s;
     struct basis basis;
     double gradient[TERM_COUNT];
@@ -338,7 +339,7 @@ enum mr_status mr_gates_motion_at_station(const struct mr_gates_fit *fit, double
      * -T/v, so dv/dc = T' + a_dec T/v. */
     compute_basis(fit, t_s, &basis);
     double speed_ft_s = motion->speed_ft_s.value;
-    for (unsigned k = 0; k <= fit->order; k++)
+    for (unsigned k = 0; k <= fit->degree; k++)
         gradient[k] = basis.first_derivative[k] -
                       evaluate_fit(fit, basis.second_derivative) * basis.value[k] / speed_ft_s;
     motion->speed_ft_s.error = compute_standard_error(fit, gradient);
@@ -350,7 +351,7 @@ static bool extrapolate_stop(const struct mr_gates_fit *fit, struct mr_estimate 
                              struct mr_estimate *station_ft)
 {
     struct mr_motion_estimate last, stop;
-    double last_s = fit->mid_s + fit->half_s;
+    double last_s = fit->mid_time_s + fit->half_span_s;
     double stop_s;
 
     mr_gates_motion_at_time(fit, last_s, &last);
@@ -381,10 +382,10 @@ static void mark_outliers(const struct mr_braking *fit, const struct mr_gate *ga
                           struct mr_gates_summary *summary)
 {
     for (size_t g = 0; g < count; g++) {
-        if (!(fit->left_out & ~summary->outlier & 1u << g))
+        if (!(fit->excluded_mask & ~summary->outlier_mask & 1u << g))
             continue;
-        summary->outlier |= 1u << g;
-        summary->late_s[g] = mr_gate_lateness_s(fit, &gates[g]);
+        summary->outlier_mask |= 1u << g;
+        summary->lateness_s[g] = mr_gate_lateness_s(fit, &gates[g]);
     }
 }
 
@@ -448,14 +449,14 @@ void mr_final_fit_start(struct mr_final_fit *work, const struct mr_gate *gates, 
 {
     memset(work, 0, sizeof *work);
     work->gates = gates;
-    work->count = count;
+    work->gate_count = count;
     work->touchdown_ft = touchdown_ft;
     work->position_error_ft = position_error_ft;
-    while (work->on_track < count && gates[work->on_track].station_ft < touchdown_ft)
-        work->on_track++;
-    work->used = count - work->on_track;
-    work->summary.count = (unsigned)count;
-    work->summary.before_touchdown = (unsigned)work->on_track;
+    while (work->gates_on_track < count && gates[work->gates_on_track].station_ft < touchdown_ft)
+        work->gates_on_track++;
+    work->used = count - work->gates_on_track;
+    work->summary.gate_count = (unsigned)count;
+    work->summary.gates_before_touchdown = (unsigned)work->gates_on_track;
     if (count < 3 || work->used == 0)
         work->status = MR_TOO_FEW;
     for (size_t i = 1; i < count; i++) {
@@ -478,31 +479,31 @@ static void finish_fit(struct mr_final_fit *work, enum mr_status status)
 static enum mr_status fit_uniform_braking(struct mr_final_fit *work)
 {
     const struct mr_gate *gates = work->gates;
-    size_t count = work->on_track + work->used;
+    size_t count = work->gates_on_track + work->used;
     struct mr_braking *fit = &work->braking;
     enum mr_final_attempt attempt = work->attempt;
     bool late = attempt == MR_FINAL_LATE_BRAKE;
     enum mr_status status;
-    if (!work->is_begun) {
-        status = late ? begin_late_brake(gates, count, work->on_track, fit)
+    if (!work->is_fit_in_progress) {
+        status = late ? begin_late_brake(gates, count, work->gates_on_track, fit)
                : attempt == MR_FINAL_WITHOUT_WORST_GATE
                    ? begin_without_worst_gate(gates, count, work->position_error_ft, fit)
                    : begin_braking(gates, count, work->touchdown_ft, 0, fit);
-        work->is_begun = status == MR_OK;
+        work->is_fit_in_progress = status == MR_OK;
         /* accept the fit of the first attempt */
-        if (late && !work->is_begun && mr_braking_is_accepted(fit))
+        if (late && !work->is_fit_in_progress && mr_braking_is_accepted(fit))
             return MR_OK;
-        if (late && !work->is_begun)
+        if (late && !work->is_fit_in_progress)
             work->attempt = MR_FINAL_WITHOUT_WORST_GATE;
-        return work->is_begun || late ? MR_TOO_FEW : MR_LIMIT;
+        return work->is_fit_in_progress || late ? MR_TOO_FEW : MR_LIMIT;
     }
     if (iterate_fit(gates, count, work->position_error_ft, fit, &status))
         return MR_TOO_FEW;
-    work->is_begun = false;
+    work->is_fit_in_progress = false;
     if (status != MR_OK && !late)
         return MR_LIMIT;
     bool holds = status == MR_OK && mr_braking_is_accepted(fit);
-    bool perhaps_late = attempt == MR_FINAL_PROMPT_BRAKE && work->on_track >= 2 &&
+    bool perhaps_late = attempt == MR_FINAL_PROMPT_BRAKE && work->gates_on_track >= 2 &&
                         (!holds || fit->delay_s > MR_BRAKE_DELAY_S + 2.0 * MR_BRAKE_DELAY_ERROR_S);
     if (holds && !perhaps_late)
         return MR_OK;
@@ -522,13 +523,13 @@ static void fit_all_gates(struct mr_final_fit *work)
         return;
     if (status == MR_OK) {
         summary->is_uniform = true;
-        mark_outliers(&work->braking, work->gates, work->count, summary);
-        summary->used_for_stop = work->braking.degrees_of_freedom + 3;
+        mark_outliers(&work->braking, work->gates, work->gate_count, summary);
+        summary->gates_used_for_stop = work->braking.degrees_of_freedom + 3;
         finish_fit(work, mr_braking_summarise(&work->braking, summary));
     } else if (work->used < 4) {
-        status = mr_braking_fit(work->gates, work->count, work->touchdown_ft,
+        status = mr_braking_fit(work->gates, work->gate_count, work->touchdown_ft,
                                 work->position_error_ft, 0, &work->braking);
-        summary->used_for_stop = (unsigned)work->count;
+        summary->gates_used_for_stop = (unsigned)work->gate_count;
         if (status == MR_OK)
             status = mr_braking_summarise(&work->braking, summary);
         if (status == MR_OK && !mr_braking_is_accepted(&work->braking))
@@ -553,11 +554,12 @@ static void fit_touchdown(struct mr_final_fit *work)
         return;
     }
     if (status == MR_OK) {
-        mark_outliers(&work->braking, work->gates, work->on_track + work->used, &work->summary);
+        mark_outliers(&work->braking, work->gates, work->gates_on_track + work->used,
+                      &work->summary);
         status = mr_braking_summarise(&work->braking, &work->summary);
     } else {
-        status = find_touchdown(work->gates, work->count, work->on_track, work->touchdown_ft,
-                                work->position_error_ft, &work->summary);
+        status = find_touchdown(work->gates, work->gate_count, work->gates_on_track,
+                                work->touchdown_ft, work->position_error_ft, &work->summary);
     }
     work->stage = MR_FINAL_LAST_GATES;
     if (status != MR_OK)
@@ -566,7 +568,7 @@ static void fit_touchdown(struct mr_final_fit *work)
 
 static const struct mr_gate *get_last_gates(const struct mr_final_fit *work)
 {
-    return work->gates + (work->count - work->end_fit.used);
+    return work->gates + (work->gate_count - work->end_fit.used);
 }
 
 /* Fits a parabola to the last gates, and in each further attempt to fewer gates, until it fits. */
@@ -594,7 +596,7 @@ static void fit_last_gates(struct mr_final_fit *work, bool fewer)
 
 static void fit_end_gates(struct mr_final_fit *work)
 {
-    size_t count = work->count - work->on_track;
+    size_t count = work->gate_count - work->gates_on_track;
     memset(&work->end_fit, 0, sizeof work->end_fit);
     work->end_fit.used = count < MR_GATES_END_MAX ? count : MR_GATES_END_MAX;
     fit_last_gates(work, false);
@@ -608,7 +610,7 @@ static void find_outlier_gate(struct mr_final_fit *work)
     if (test_next_outlier(gates, work->end_fit.used, work->position_error_ft, &work->end_fit.fit,
                           search))
         return;
-    if (!search->found) {
+    if (!search->is_found) {
         work->end_fit.used--;
         fit_last_gates(work, true);
         return;
@@ -616,9 +618,9 @@ static void find_outlier_gate(struct mr_final_fit *work)
     struct mr_motion_estimate there;
     const struct mr_gate *outlier = &gates[search->outlier];
     mr_gates_motion_at_time(&work->end_fit.fit, outlier->t_s, &there);
-    work->summary.outlier |= 1u << (outlier - work->gates);
-    work->summary.late_s[outlier - work->gates] = (there.position_ft.value - outlier->station_ft) /
-                                                  there.speed_ft_s.value;
+    work->summary.outlier_mask |= 1u << (outlier - work->gates);
+    work->summary.lateness_s[outlier - work->gates] =
+        (there.position_ft.value - outlier->station_ft) / there.speed_ft_s.value;
     work->end_fit.used--;
     work->stage = MR_FINAL_STOP;
 }
@@ -627,14 +629,14 @@ static enum mr_status find_stop(const struct mr_final_fit *work, struct mr_gates
 {
     struct mr_gates_fit cubic;
     struct mr_estimate cubic_s, cubic_ft;
-    size_t count = work->count - work->on_track;
+    size_t count = work->gate_count - work->gates_on_track;
     if (!extrapolate_stop(&work->end_fit.fit, &summary->stop_t_s, &summary->stop_station_ft))
         return MR_NUMERICS;
-    summary->used_for_stop = (unsigned)work->end_fit.used;
+    summary->gates_used_for_stop = (unsigned)work->end_fit.used;
     /* If the braking changes before the last gate, it may change after it too. A cubic through the
      * last gates represents this; its difference from the parabola adds to the error. */
     if (work->end_fit.used < MR_GATES_END_MAX && count > MR_GATES_ONLINE_MAX &&
-        mr_gates_fit(work->gates + (work->count - MR_GATES_ONLINE_MAX), MR_GATES_ONLINE_MAX, 3,
+        mr_gates_fit(work->gates + (work->gate_count - MR_GATES_ONLINE_MAX), MR_GATES_ONLINE_MAX, 3,
                      work->position_error_ft, &cubic) == MR_OK &&
         extrapolate_stop(&cubic, &cubic_s, &cubic_ft)) {
         summary->stop_t_s.error = add_in_quadrature(summary->stop_t_s.error,
@@ -735,7 +737,7 @@ static double get_braking_error(const struct mr_braking *fit, const double *grad
 
 static bool is_gate_used(const struct mr_braking *fit, size_t gate)
 {
-    return !(fit->left_out & 1u << gate);
+    return !(fit->excluded_mask & 1u << gate);
 }
 
 /* Sets start values from which the fit converges: a parabola through at least three gates; speed
@@ -760,7 +762,7 @@ static enum mr_status set_start_values(const struct mr_gate *gates, size_t count
     if (status != MR_OK)
         return status;
     const struct mr_gate *last = &used[total - 1];
-    mr_gates_motion_at_time(&parabola, parabola.mid_s, &there);
+    mr_gates_motion_at_time(&parabola, parabola.mid_time_s, &there);
     fit->deceleration_ft_s2 = there.deceleration_ft_s2.value;
     if (on_track >= 2) {
         const struct mr_gate *first = &used[0], *second = &used[on_track - 1];
@@ -837,7 +839,7 @@ static enum mr_status begin_braking(const struct mr_gate *gates, size_t count, d
 {
     memset(fit, 0, sizeof *fit);
     fit->touchdown_ft = touchdown_ft;
-    fit->left_out = left_out;
+    fit->excluded_mask = left_out;
     return set_start_values(gates, count, fit);
 }
 
@@ -955,7 +957,7 @@ static enum mr_status begin_without_worst_gate(const struct mr_gate *gates, size
         find_worst_gate(fit, gates, count, position_error_ft, &worst) <
             MR_GATE_OUTLIER_SIGMA * MR_GATE_OUTLIER_SIGMA)
         return MR_LIMIT;
-    return begin_braking(gates, count, fit->touchdown_ft, fit->left_out | 1u << worst, fit);
+    return begin_braking(gates, count, fit->touchdown_ft, fit->excluded_mask | 1u << worst, fit);
 }
 
 enum mr_status mr_braking_drop_worst_gate(const struct mr_gate *gates, size_t count,

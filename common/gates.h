@@ -34,10 +34,10 @@ struct mr_gate {
 };
 
 struct mr_gates_fit {
-    double mid_s; /* scaled time is (t - mid_s) / half_s */
-    double half_s;
-    unsigned order; /* degree of the polynomial, 1 to MR_GATES_ORDER_MAX */
-    unsigned count; /* number of edges used */
+    double mid_time_s; /* scaled time is (t - mid_time_s) / half_span_s */
+    double half_span_s;
+    unsigned degree; /* degree of the polynomial, 1 to MR_GATES_ORDER_MAX */
+    unsigned count;  /* number of edges used */
     double coefficient[MR_GATES_ORDER_MAX + 1]; /* coefficients of the Chebyshev polynomials, ft */
     /* covariance of the coefficients, ft^2 */
     double covariance[MR_GATES_ORDER_MAX + 1][MR_GATES_ORDER_MAX + 1];
@@ -93,15 +93,15 @@ struct mr_gates_summary {
     struct mr_estimate stop_station_ft;
     struct mr_estimate mean_deceleration_ft_s2; /* touchdown speed / (stop time - touchdown time) */
     /* number of gates used for the stop: the last ones, or all if `is_uniform` */
-    unsigned used_for_stop;
-    unsigned count;            /* number of all gates */
-    unsigned before_touchdown; /* number of gates on the track, before touchdown */
+    unsigned gates_used_for_stop;
+    unsigned gate_count;             /* number of all gates */
+    unsigned gates_before_touchdown; /* number of gates on the track, before touchdown */
     /* braking was uniform, with one deceleration (see "braking") */
     bool is_uniform;
     /* bit g: gate g contradicts the other gates and was left out */
-    uint32_t outlier;
+    uint32_t outlier_mask;
     /* how late an outlier gate opened, s; negative: early */
-    double late_s[MR_GATES_MAX];
+    double lateness_s[MR_GATES_MAX];
 };
 
 /* Factor for a standard error whose scale was estimated with `freedom` degrees of freedom, so that
@@ -188,8 +188,8 @@ struct mr_braking {
     double chi_square;
     unsigned degrees_of_freedom; /* degrees of freedom of chi-square */
     unsigned iterations;
-    bool is_converged; /* the last iteration changed no result significantly */
-    uint32_t left_out; /* bit g: gate g was left out */
+    bool is_converged;      /* the last iteration changed no result significantly */
+    uint32_t excluded_mask; /* bit g: gate g was left out */
 };
 
 /* Fits the gates (at most MR_GATES_MAX, times rising) except those in `left_out`. MR_TOO_FEW: fewer
@@ -252,19 +252,19 @@ enum mr_final_attempt {
 /* Search among the last gates for a gate without which all the others lie on a parabola. */
 struct mr_gates_search {
     size_t next, outlier;
-    bool found;
+    bool is_found;
     double min_residual_ft; /* smallest residual of the other gates found so far */
 };
 
 struct mr_final_fit {
     const struct mr_gate *gates;
-    size_t count;
-    size_t on_track;
+    size_t gate_count;
+    size_t gates_on_track;
     double touchdown_ft;
     double position_error_ft;
     enum mr_final_stage stage;
     enum mr_final_attempt attempt; /* present attempt */
-    bool is_begun;                 /* a fit is in progress */
+    bool is_fit_in_progress;       /* a fit is in progress */
     size_t used;                   /* number of gates beyond touchdown in the present fit */
     union {
         struct mr_braking braking;

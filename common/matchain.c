@@ -44,8 +44,8 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
 
     memset(chain, 0, sizeof *chain);
     chain->params = *params;
-    chain->group = group;
-    chain->count = (params->mats + group - 1u) / group;
+    chain->mats_per_group = group;
+    chain->group_count = (params->mats + group - 1u) / group;
     chain->mass_slug = params->mass_slug * (float)group;
     chain->friction_lb = params->friction_lb * (float)group;
     chain->kl_lb_ft = params->kl_lb_ft / (float)group;
@@ -53,8 +53,8 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
     chain->step_s = params->step_s * (float)group;
     chain->step_per_mass = chain->step_s / chain->mass_slug;
     chain->low_bay = MR_CHAIN_BAYS + 1u;
-    chain->bays = (chain->count + MR_CHAIN_BAY_GROUPS - 1u) / MR_CHAIN_BAY_GROUPS;
-    for (unsigned j = 1; j <= chain->count + 1u; j++) {
+    chain->bay_count = (chain->group_count + MR_CHAIN_BAY_GROUPS - 1u) / MR_CHAIN_BAY_GROUPS;
+    for (unsigned j = 1; j <= chain->group_count + 1u; j++) {
         float opening_ft = 0.0f, held_lb = 0.0f;
         unsigned inside = 0;
         for (unsigned i = 0; i < group; i++) {
@@ -116,7 +116,7 @@ static inline float update_joint_at_present_gap(struct mr_chain *chain,
 
 static unsigned get_group_index(const struct mr_chain *chain, unsigned mat)
 {
-    return (mat - 1u) / chain->group + 1u;
+    return (mat - 1u) / chain->mats_per_group + 1u;
 }
 
 static unsigned get_first_group_of_bay(unsigned bay)
@@ -126,7 +126,7 @@ static unsigned get_first_group_of_bay(unsigned bay)
 
 static unsigned get_last_group_of_bay(const struct mr_chain *chain, unsigned bay)
 {
-    return bay == chain->bays ? chain->count : bay * MR_CHAIN_BAY_GROUPS;
+    return bay == chain->bay_count ? chain->group_count : bay * MR_CHAIN_BAY_GROUPS;
 }
 
 /* Moves the mats of a bay by one step. `left_lb`: tension of the bay's first joint. Returns the
@@ -194,7 +194,7 @@ void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
         if (bay > 1u && !chain->is_awake[bay - 1u] &&
             chain->v_ft_s[get_first_group_of_bay(bay)] != 0.0f)
             wake_bay(chain, bay - 1u);
-        if (bay < chain->bays && !chain->is_awake[bay + 1u] &&
+        if (bay < chain->bay_count && !chain->is_awake[bay + 1u] &&
             chain->v_ft_s[get_last_group_of_bay(chain, bay)] != 0.0f)
             wake_bay(chain, bay + 1u);
     }

@@ -45,23 +45,23 @@ struct mr_chain_params {
     float kl_lb_ft;    /* joint stiffness */
     float cl_lb_s_ft;  /* joint damping */
     float slack_ft;    /* free play of a joint */
-    /* time step of a chain of single mats, below mr_chain_step_limit_s; for groups, `group` times
-     * this */
+    /* time step of a chain of single mats, below mr_chain_step_limit_s; for groups,
+     * `mats_per_group` times this */
     float step_s;
 };
 
 struct mr_chain {
     struct mr_chain_params params;
-    unsigned group; /* number of mats per group */
-    unsigned count; /* number of groups */
+    unsigned mats_per_group; /* number of mats per group */
+    unsigned group_count;    /* number of groups */
     /* bays low..high contain all awake bays; low > high: none is awake */
-    unsigned bays, low_bay, high_bay;
+    unsigned bay_count, low_bay, high_bay;
     /* is_awake[b]: bay b, from 1, is computed; it holds mats (b - 1) MR_CHAIN_BAY_GROUPS + 1 to b
      * MR_CHAIN_BAY_GROUPS */
     bool is_awake[MR_CHAIN_BAYS + 2u];
     float mass_slug, friction_lb, kl_lb_ft, slack_ft, step_s; /* values of one group of mats */
     float step_per_mass;                                      /* step divided by mass */
-    float u_ft[MR_CHAIN_INDICES]; /* index: group from 1; 0 and count + 1 are the ground */
+    float u_ft[MR_CHAIN_INDICES]; /* index: group from 1; 0 and group_count + 1 are the ground */
     float v_ft_s[MR_CHAIN_INDICES];
     float gap_ft[MR_CHAIN_INDICES]; /* opening of joint j at u = 0 */
     float reach_ft[MR_CHAIN_INDICES];

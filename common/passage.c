@@ -20,17 +20,17 @@ void mr_passage_start(struct mr_passage *passage)
 void mr_passage_clear(struct mr_passage *passage)
 {
     passage->state = MR_PASSAGE_NONE;
-    passage->held_count = 0;
-    passage->gates = 0;
-    passage->events = 0;
-    passage->is_pushing = false;
+    passage->pending_count = 0;
+    passage->gate_count = 0;
+    passage->event_count = 0;
+    passage->is_pushback_in_progress = false;
 }
 
 static void add_event(struct mr_passage *passage, const struct mr_passage_edge *edge,
                       enum mr_switch_reason reason)
 {
-    if (passage->events < MR_PASSAGE_EVENTS_MAX)
-        passage->event[passage->events++] = (struct mr_passage_event){
+    if (passage->event_count < MR_PASSAGE_EVENTS_MAX)
+        passage->event[passage->event_count++] = (struct mr_passage_event){
             .number = edge->number, .position = edge->position, .reason = (uint8_t)reason};
 }
 
@@ -59,42 +59,43 @@ static void add_missing_events(struct mr_passage *passage, double from_ft, doubl
 
 static void add_gate(struct mr_passage *passage, const struct mr_passage_edge *edge)
 {
-    uint32_t first_tick = passage->gates ? passage->source[0].tick : edge->tick;
-    passage->source[passage->gates] = *edge;
-    passage->gate[passage->gates++] =
+    uint32_t first_tick = passage->gate_count ? passage->gate_edge[0].tick : edge->tick;
+    passage->gate_edge[passage->gate_count] = *edge;
+    passage->gate[passage->gate_count++] =
         (struct mr_gate){.t_s = (double)(uint32_t)(edge->tick - first_tick) * MR_S_PER_TICK,
                          .station_ft = edge->station_ft};
 }
 
 static void reject_pending_edges(struct mr_passage *passage, enum mr_switch_reason reason)
 {
-    for (unsigned i = 0; i < passage->held_count; i++)
-        add_event(passage, &passage->held[i], reason);
-    passage->held_count = 0;
+    for (unsigned i = 0; i < passage->pending_count; i++)
+        add_event(passage, &passage->pending_edge[i], reason);
+    passage->pending_count = 0;
 }
 
 static void add_pending_edge(struct mr_passage *passage, const struct mr_passage_edge *edge)
 {
-    if (passage->held_count == MR_PASSAGE_HELD_MAX) {
-        add_event(passage, &passage->held[0], MR_SWITCH_OUT_OF_ORDER);
-        passage->held_count--;
-        memmove(passage->held, passage->held + 1, passage->held_count * sizeof passage->held[0]);
+    if (passage->pending_count == MR_PASSAGE_HELD_MAX) {
+        add_event(passage, &passage->pending_edge[0], MR_SWITCH_OUT_OF_ORDER);
+        passage->pending_count--;
+        memmove(passage->pending_edge, passage->pending_edge + 1,
+                passage->pending_count * sizeof passage->pending_edge[0]);
     }
-    passage->held[passage->held_count++] = *edge;
+    passage->pending_edge[passage->pending_count++] = *edge;
 }
 
 static void start_rolling(struct mr_passage *passage, unsigned first,
                           const struct mr_passage_edge *edge, const float *stations_ft,
                           unsigned switches)
 {
-    struct mr_passage_edge from = passage->held[first];
-    for (unsigned i = 0; i < passage->held_count; i++) {
+    struct mr_passage_edge from = passage->pending_edge[first];
+    for (unsigned i = 0; i < passage->pending_count; i++) {
         if (i != first)
-            add_event(passage, &passage->held[i], MR_SWITCH_OUT_OF_ORDER);
+            add_event(passage, &passage->pending_edge[i], MR_SWITCH_OUT_OF_ORDER);
     }
-    passage->held_count = 0;
+    passage->pending_count = 0;
     passage->state = MR_PASSAGE_ROLLING;
-    passage->entry_ft_s = compute_speed(&from, edge);
+    passage->entry_speed_ft_s = compute_speed(&from, edge);
     add_gate(passage, &from);
     add_gate(passage, edge);
     add_missing_events(passage, -1e9, from.station_ft, stations_ft, switches);
@@ -104,13 +105,13 @@ static void start_rolling(struct mr_passage *passage, unsigned first,
 static bool add_pushback_edge(struct mr_passage *passage, const struct mr_passage_edge *edge,
                               double speed_ft_s)
 {
-    bool first = !passage->is_pushing;
-    passage->is_pushing = true;
+    bool first = !passage->is_pushback_in_progress;
+    passage->is_pushback_in_progress = true;
     enum mr_switch_reason reason = speed_ft_s < 0.0 ? MR_SWITCH_REVERSE : MR_SWITCH_SLOW;
-    passage->pushed_ft_s = speed_ft_s;
-    passage->pushed_position = edge->position;
-    if (first && passage->pushbacks < UINT16_MAX)
-        passage->pushbacks++;
+    passage->pushback_speed_ft_s = speed_ft_s;
+    passage->pushback_position = edge->position;
+    if (first && passage->pushback_count < UINT16_MAX)
+        passage->pushback_count++;
     reject_pending_edges(passage, reason);
     if (passage->state != MR_PASSAGE_ROLLING)
         passage->state = MR_PASSAGE_PUSHED;
@@ -123,15 +124,15 @@ static struct mr_passage_changes handle_first_edges(struct mr_passage *passage,
                                                     const float *stations_ft, unsigned switches)
 {
     struct mr_passage_changes changes = {0};
-    for (unsigned i = passage->held_count; i-- > 0;) {
-        if (is_rolling_speed(compute_speed(&passage->held[i], edge))) {
+    for (unsigned i = passage->pending_count; i-- > 0;) {
+        if (is_rolling_speed(compute_speed(&passage->pending_edge[i], edge))) {
             start_rolling(passage, i, edge, stations_ft, switches);
             changes.has_started_landing = changes.has_new_gate = true;
             return changes;
         }
     }
-    if (passage->held_count) {
-        double speed_ft_s = compute_speed(&passage->held[passage->held_count - 1], edge);
+    if (passage->pending_count) {
+        double speed_ft_s = compute_speed(&passage->pending_edge[passage->pending_count - 1], edge);
         if (speed_ft_s > -REVERSE_MAX_FT_S && speed_ft_s < MR_PASSAGE_MIN_FT_S)
             changes.has_new_pushback = add_pushback_edge(passage, edge, speed_ft_s);
     } else if (passage->state == MR_PASSAGE_NONE) {
@@ -145,10 +146,10 @@ static struct mr_passage_changes handle_first_edges(struct mr_passage *passage,
  * late. */
 static bool is_plausible_speed(const struct mr_passage *passage, double speed_ft_s)
 {
-    return passage->gates < 3
+    return passage->gate_count < 3
              ? is_rolling_speed(speed_ft_s)
              : speed_ft_s >= MR_PASSAGE_MIN_FT_S &&
-                   speed_ft_s <= SPEED_RATIO_MAX * passage->entry_ft_s + SPEED_RISE_MAX_FT_S;
+                   speed_ft_s <= SPEED_RATIO_MAX * passage->entry_speed_ft_s + SPEED_RISE_MAX_FT_S;
 }
 
 static struct mr_passage_changes handle_rolling_edge(struct mr_passage *passage,
@@ -157,25 +158,25 @@ static struct mr_passage_changes handle_rolling_edge(struct mr_passage *passage,
                                                      unsigned switches)
 {
     struct mr_passage_changes changes = {0};
-    const struct mr_passage_edge *last = &passage->source[passage->gates - 1];
+    const struct mr_passage_edge *last = &passage->gate_edge[passage->gate_count - 1];
     double since_ft_s = compute_speed(last, edge);
     bool at_rest = speed_ft_s < MR_PASSAGE_MIN_FT_S;
     if ((since_ft_s >= 0.0 && since_ft_s < MR_PASSAGE_MIN_FT_S) || (since_ft_s < 0.0 && at_rest)) {
         changes.has_new_pushback = add_pushback_edge(passage, edge, since_ft_s);
         add_event(passage, edge, since_ft_s < 0.0 ? MR_SWITCH_REVERSE : MR_SWITCH_SLOW);
     } else if (is_plausible_speed(passage, since_ft_s)) {
-        if (passage->gates == MR_GATES_MAX)
+        if (passage->gate_count == MR_GATES_MAX)
             return changes;
         add_missing_events(passage, last->station_ft, edge->station_ft, stations_ft, switches);
         add_gate(passage, edge);
-        if (passage->gates == 3)
-            passage->entry_ft_s = compute_speed(&passage->source[0], edge);
+        if (passage->gate_count == 3)
+            passage->entry_speed_ft_s = compute_speed(&passage->gate_edge[0], edge);
         changes.has_new_gate = true;
-    } else if (passage->gates > 2 && since_ft_s > 0.0 &&
-               is_plausible_speed(passage,
-                                  compute_speed(&passage->source[passage->gates - 2], edge))) {
+    } else if (passage->gate_count > 2 && since_ft_s > 0.0 &&
+               is_plausible_speed(
+                   passage, compute_speed(&passage->gate_edge[passage->gate_count - 2], edge))) {
         add_event(passage, last, MR_SWITCH_LATE);
-        passage->gates--;
+        passage->gate_count--;
         add_gate(passage, edge);
         changes.has_new_gate = true;
     } else {
@@ -188,7 +189,7 @@ struct mr_passage_changes mr_passage_on_edge(struct mr_passage *passage,
                                              const struct mr_passage_edge *edge, double speed_ft_s,
                                              const float *stations_ft, unsigned switches)
 {
-    passage->events = 0;
+    passage->event_count = 0;
     passage->quiet_since_block = edge->block;
     return passage->state == MR_PASSAGE_ROLLING
              ? handle_rolling_edge(passage, edge, speed_ft_s, stations_ft, switches)
@@ -197,15 +198,15 @@ struct mr_passage_changes mr_passage_on_edge(struct mr_passage *passage,
 
 bool mr_passage_on_block(struct mr_passage *passage, uint32_t block)
 {
-    passage->events = 0;
+    passage->event_count = 0;
     if (block - passage->quiet_since_block < MR_PASSAGE_QUIET_BLOCKS)
         return false;
-    passage->is_pushing = false;
+    passage->is_pushback_in_progress = false;
     if (passage->state == MR_PASSAGE_NONE || passage->state == MR_PASSAGE_ROLLING)
         return false;
-    reject_pending_edges(passage, passage->state != MR_PASSAGE_PUSHED ? MR_SWITCH_SINGLE
-                                  : passage->pushed_ft_s < 0.0        ? MR_SWITCH_REVERSE
-                                                                      : MR_SWITCH_SLOW);
+    reject_pending_edges(passage, passage->state != MR_PASSAGE_PUSHED  ? MR_SWITCH_SINGLE
+                                  : passage->pushback_speed_ft_s < 0.0 ? MR_SWITCH_REVERSE
+                                                                       : MR_SWITCH_SLOW);
     passage->state = MR_PASSAGE_NONE;
     return true;
 }

@@ -55,24 +55,25 @@ struct mr_passage_event {
 struct mr_passage {
     enum mr_passage_state state;
     /* edges that are not yet assigned to a landing or a push-back; newest last */
-    struct mr_passage_edge held[MR_PASSAGE_HELD_MAX];
-    unsigned held_count;
+    struct mr_passage_edge pending_edge[MR_PASSAGE_HELD_MAX];
+    unsigned pending_count;
     uint32_t quiet_since_block;
 
     /* gates of the landing, with times in seconds since the first gate */
     struct mr_gate gate[MR_GATES_MAX];
-    struct mr_passage_edge source[MR_GATES_MAX];
-    unsigned gates;
-    double entry_ft_s; /* speed computed from the first two gates, later from the first three */
+    struct mr_passage_edge gate_edge[MR_GATES_MAX];
+    unsigned gate_count;
+    double
+        entry_speed_ft_s; /* speed computed from the first two gates, later from the first three */
 
-    bool is_pushing;    /* a push-back is in progress */
-    uint16_t pushbacks; /* number of push-backs since the start */
-    double pushed_ft_s; /* speed at the newest edge of a push-back; negative: backward */
-    uint8_t pushed_position;
+    bool is_pushback_in_progress; /* a push-back is in progress */
+    uint16_t pushback_count;      /* number of push-backs since the start */
+    double pushback_speed_ft_s;   /* speed at the newest edge of a push-back; negative: backward */
+    uint8_t pushback_position;
 
     /* switch events reported by the last call */
     struct mr_passage_event event[MR_PASSAGE_EVENTS_MAX];
-    unsigned events;
+    unsigned event_count;
 };
 
 /* Result of the last edge. */

@@ -176,12 +176,12 @@ void mr_predictor_set_survey(struct mr_predictor *p, const float *sum_in)
             continue;
         if (!(off_ft > error_ft || off_ft < -error_ft))
             continue;
-        if (p->landings == 0 && sum_in[s] / IN_PER_FT > 0.5f * have_ft) {
+        if (p->landing_count == 0 && sum_in[s] / IN_PER_FT > 0.5f * have_ft) {
             rescale_gaps(p->gap_ft + first, count, have_ft, sum_in[s] / IN_PER_FT, slack_ft);
             continue;
         }
         /* The landings before this state are not known: assume as few open joints as possible. */
-        if (p->landings == 0) {
+        if (p->landing_count == 0) {
             for (unsigned j = 0; j < count; j++)
                 p->gap_ft[first + j] = 0.0f;
             off_ft = sum_in[s] / IN_PER_FT;
@@ -210,7 +210,7 @@ void mr_predictor_find_kinematic_zone(const struct mr_predictor *p, struct mr_cl
     float slack_in[MR_SEGMENTS], moved_in[MR_TRANSDUCERS];
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         /* subtract model_base_in, the movement that the gaps already include */
-        moved_in[i] = p->last_in[i] - p->model_base_in[i];
+        moved_in[i] = p->last_reading_in[i] - p->model_base_in[i];
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         slack_in[s] = count_segment_joints(p, s) == MR_MATS_PER_SEGMENT
                         ? IN_PER_FT * sum_gaps_ft(p, s)
@@ -241,8 +241,8 @@ static void set_gaps_from_chain(struct mr_predictor *p)
 {
     const struct mr_chain *chain = &p->chain;
     float slack_ft = p->config.chain.slack_ft;
-    for (unsigned j = 1; j <= chain->count + 1u; j++) {
-        unsigned first = (j - 1u) * chain->group, count = chain->group;
+    for (unsigned j = 1; j <= chain->group_count + 1u; j++) {
+        unsigned first = (j - 1u) * chain->mats_per_group, count = chain->mats_per_group;
         float have_ft = 0.0f, to_ft = mr_chain_opening_ft(chain, j);
         if (first >= get_joint_count(p))
             break;
@@ -266,7 +266,8 @@ static void set_gaps_from_chain(struct mr_predictor *p)
  * closed. */
 static float get_weakest_joint_share(const struct mr_predictor *p, unsigned j)
 {
-    unsigned group = p->chain.group, first = (j - 1u) * group, last = get_joint_count(p) - 1u;
+    unsigned group = p->chain.mats_per_group, first = (j - 1u) * group,
+             last = get_joint_count(p) - 1u;
     float reach_ft = p->chain.reach_ft[j] - 1e-7f, best = 0.0f, most = 0.0f, share[4], gap_ft[4];
     if (group == 1u)
         return get_grit_share(j);
@@ -290,7 +291,7 @@ static float get_weakest_joint_share(const struct mr_predictor *p, unsigned j)
  * gives the best results in `make score`. */
 static float get_closing_share(const struct mr_predictor *p, unsigned j)
 {
-    unsigned group = p->chain.group;
+    unsigned group = p->chain.mats_per_group;
     float most = 0.0f;
     for (unsigned i = 1; i <= (group == 4u ? 4u : 1u); i++) {
         float share = get_grit_share((j - 1u) * group + i);
@@ -302,10 +303,10 @@ static float get_closing_share(const struct mr_predictor *p, unsigned j)
 static void set_grits(struct mr_predictor *p)
 {
     struct mr_chain *chain = &p->chain;
-    float mean_lb = p->config.grit_lb * p->scale;
-    for (unsigned j = 1; j <= chain->count + 1u; j++) {
+    float mean_lb = p->config.grit_lb * p->resistance_scale;
+    for (unsigned j = 1; j <= chain->group_count + 1u; j++) {
         chain->grit_lb[j] = mean_lb * get_weakest_joint_share(p, j);
-        if (chain->group > 1u)
+        if (chain->mats_per_group > 1u)
             p->closing_lb[j] = mean_lb * get_closing_share(p, j);
     }
 }
@@ -316,17 +317,17 @@ static void update_grits(struct mr_predictor *p)
     struct mr_chain *chain = &p->chain;
     unsigned first = (chain->low_bay - 1u) * MR_CHAIN_BAY_GROUPS + 1u,
              last = chain->high_bay * MR_CHAIN_BAY_GROUPS + 1u;
-    if (chain->group == 1u || chain->low_bay > chain->high_bay ||
+    if (chain->mats_per_group == 1u || chain->low_bay > chain->high_bay ||
         p->block % GRIT_UPDATE_BLOCKS != 0)
         return;
     unsigned followed = 0;
-    for (unsigned j = first; j <= last && j <= chain->count + 1u; j++) {
+    for (unsigned j = first; j <= last && j <= chain->group_count + 1u; j++) {
         if (chain->v_ft_s[j] == 0.0f && chain->v_ft_s[j - 1u] == 0.0f)
             continue;
-        chain->grit_lb[j] = p->config.grit_lb * p->scale * get_weakest_joint_share(p, j);
+        chain->grit_lb[j] = p->config.grit_lb * p->resistance_scale * get_weakest_joint_share(p, j);
         followed++;
     }
-    p->visits += GRIT_UPDATE_VISITS * followed;
+    p->examined_joints += GRIT_UPDATE_VISITS * followed;
     p->interval_updates += GRIT_UPDATE_VISITS * followed / MR_PREDICTOR_VISITS_PER_UPDATE;
 }
 
@@ -369,21 +370,21 @@ static float get_model_displacement_in(const struct mr_predictor *p, unsigned i,
 static void begin_scan(struct mr_predictor *p)
 {
     const struct mr_chain *chain = &p->chain;
-    float group_ft = p->config.chain.mat_length_ft * (float)chain->group,
-          end_ft = group_ft * (float)chain->count;
+    float group_ft = p->config.chain.mat_length_ft * (float)chain->mats_per_group,
+          end_ft = group_ft * (float)chain->group_count;
     float wheel_ft = p->wheel_ft > 0.0f ? p->wheel_ft : 0.0f;
-    struct mr_zonescan_range order = {.from_joint = (uint16_t)(chain->count + 2u),
+    struct mr_zonescan_range order = {.search_start_joint = (uint16_t)(chain->group_count + 2u),
                                       .position = 1,
                                       .push_lb = compute_thrust_lb(p),
-                                      .grit_lb = chain->group > 1u ? p->closing_lb
-                                                                   : chain->grit_lb};
+                                      .grit_lb = chain->mats_per_group > 1u ? p->closing_lb
+                                                                            : chain->grit_lb};
     if (wheel_ft < end_ft) {
         order.position = (uint16_t)((unsigned)(wheel_ft / group_ft) + 1u);
-        order.from_joint = (uint16_t)(order.position + 1u);
+        order.search_start_joint = (uint16_t)(order.position + 1u);
     }
     if (p->speed_ft_s > 0.0f && wheel_ft < end_ft) {
-        float stopping_ft_s2 = p->braking ? p->deceleration_ft_s2
-                                          : 2.0f * p->config.deceleration_ft_s2;
+        float stopping_ft_s2 = p->is_braking_known ? p->deceleration_ft_s2
+                                                   : 2.0f * p->config.deceleration_ft_s2;
         float stop_ft = p->wheel_ft + 0.5f * p->speed_ft_s * p->speed_ft_s / stopping_ft_s2;
         /* without deceleration the wheel rolls to the runway's end */
         float last_ft = stop_ft < end_ft ? (stop_ft > 0.0f ? stop_ft : 0.0f) : end_ft;
@@ -395,8 +396,8 @@ static void begin_scan(struct mr_predictor *p)
 
 static void store_found_zone(struct mr_predictor *p)
 {
-    p->found_zone = p->scan.found;
-    p->found_group = (uint8_t)p->chain.group;
+    p->scan_result = p->scan.result;
+    p->scan_result_group = (uint8_t)p->chain.mats_per_group;
     p->is_scan_restarted = false;
     begin_scan(p);
 }
@@ -419,10 +420,10 @@ static void continue_scan(struct mr_predictor *p)
         begin_scan(p);
         p->is_scan_restarted = true;
     }
-    uint32_t before = p->scan.visits;
+    uint32_t before = p->scan.examined_joints;
     bool complete = mr_zonescan_continue(&p->scan, &p->chain, MR_PREDICTOR_VISITS_PER_BLOCK);
-    uint32_t visits = p->scan.visits - before;
-    p->visits += visits;
+    uint32_t visits = p->scan.examined_joints - before;
+    p->examined_joints += visits;
     p->interval_scan_updates += (visits + MR_PREDICTOR_VISITS_PER_UPDATE - 1u) /
                                 MR_PREDICTOR_VISITS_PER_UPDATE;
     p->interval_updates += (visits + MR_PREDICTOR_VISITS_PER_UPDATE - 1u) /
@@ -455,7 +456,7 @@ static void restart_diverged_chain(struct mr_predictor *p)
     p->failures++;
     set_gaps_from_readings(p);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        p->model_base_in[i] = __builtin_isnan(p->last_in[i]) ? 0.0f : p->last_in[i];
+        p->model_base_in[i] = __builtin_isnan(p->last_reading_in[i]) ? 0.0f : p->last_reading_in[i];
     if (p->failures > GUARD_TRIPS_MAX)
         p->level = MR_PREDICTOR_KINEMATIC;
     (void)start_chain(p);
@@ -485,7 +486,7 @@ enum mr_status mr_predictor_start(struct mr_predictor *p, const struct mr_predic
 {
     memset(p, 0, sizeof *p);
     p->config = *config;
-    p->scale = 1.0f;
+    p->resistance_scale = 1.0f;
     p->level = config->level;
     p->deceleration_ft_s2 = config->deceleration_ft_s2;
     p->wheel_ft = p->speed_ft_s = MR_NAN;
@@ -493,7 +494,7 @@ enum mr_status mr_predictor_start(struct mr_predictor *p, const struct mr_predic
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         p->surveyed_sum_in[s] = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        p->last_in[i] = p->smoothed_in[i] = MR_NAN;
+        p->last_reading_in[i] = p->smoothed_reading_in[i] = MR_NAN;
     if (!is_plausible_config(config))
         return MR_USAGE;
     enum mr_status status = start_chain(p);
@@ -506,8 +507,9 @@ void mr_predictor_save(const struct mr_predictor *p, struct mr_predictor_state *
 {
     memset(state, 0, sizeof *state);
     state->mats = p->config.chain.mats;
-    state->landings = (uint16_t)(p->landings < UINT16_MAX ? p->landings : UINT16_MAX);
-    state->scale = p->scale;
+    state->landing_count = (uint16_t)(p->landing_count < UINT16_MAX ? p->landing_count
+                                                                    : UINT16_MAX);
+    state->resistance_scale = p->resistance_scale;
     for (unsigned j = 0; j < get_joint_count(p); j++)
         state->gap_counts[j] = (uint16_t)(p->gap_ft[j] * HMIL_PER_FT + 0.5f);
 }
@@ -516,14 +518,14 @@ enum mr_status mr_predictor_load(struct mr_predictor *p, const struct mr_predict
 {
     uint16_t most_hmil = (uint16_t)(p->config.chain.slack_ft * HMIL_PER_FT + 1.5f);
     if (state->mats != p->config.chain.mats ||
-        !(state->scale >= SCALE_MIN && state->scale <= SCALE_MAX))
+        !(state->resistance_scale >= SCALE_MIN && state->resistance_scale <= SCALE_MAX))
         return MR_MALFORMED;
     for (unsigned j = 0; j < get_joint_count(p); j++) {
         if (state->gap_counts[j] > most_hmil)
             return MR_MALFORMED;
     }
-    p->landings = state->landings;
-    p->scale = state->scale;
+    p->landing_count = state->landing_count;
+    p->resistance_scale = state->resistance_scale;
     for (unsigned j = 0; j < get_joint_count(p); j++)
         p->gap_ft[j] = (float)state->gap_counts[j] / HMIL_PER_FT;
     enum mr_status status = start_chain(p);
@@ -541,10 +543,10 @@ static void reset_budget(struct mr_predictor *p)
 void mr_predictor_arm(struct mr_predictor *p)
 {
     p->is_armed = true;
-    p->braking = p->is_degraded = p->has_fallen_back = false;
+    p->is_braking_known = p->is_degraded = p->has_fallen_back = false;
     p->moved_mask = 0;
     p->level = p->config.level;
-    p->block = p->corrected_block = p->updates = p->visits = p->block_updates_max = 0;
+    p->block = p->corrected_block = p->updates = p->examined_joints = p->block_updates_max = 0;
     reset_budget(p);
     p->intervals_within_budget = p->failures = p->ploughed_mat = 0;
     p->work_lb_in = 0.0f;
@@ -552,7 +554,7 @@ void mr_predictor_arm(struct mr_predictor *p)
     p->deceleration_ft_s2 = p->config.deceleration_ft_s2;
     p->wheel_ft = p->speed_ft_s = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        p->last_in[i] = p->smoothed_in[i] = MR_NAN;
+        p->last_reading_in[i] = p->smoothed_reading_in[i] = MR_NAN;
         p->model_base_in[i] = 0.0f;
         p->doubt[i] = MR_PREDICTOR_TRUSTED;
         p->doubtful_blocks[i] = 0;
@@ -590,16 +592,16 @@ static float compute_spring_force_lb(struct mr_predictor *p, unsigned i, unsigne
     float ahead_ft = p->config.station_ft[i] - p->wheel_ft;
     float off_in = reading_in - get_model_displacement_in(p, i, mat);
     if (is_transducer_doubted(p, i, reading_in, off_in)) {
-        p->last_in[i] = MR_NAN;
+        p->last_reading_in[i] = MR_NAN;
         return 0.0f;
     }
-    p->last_in[i] = reading_in;
+    p->last_reading_in[i] = reading_in;
     if (reading_in > MOVED_MIN_IN || reading_in < -MOVED_MIN_IN)
         p->moved_mask |= 1u << i;
-    if (__builtin_isnan(p->smoothed_in[i]))
-        p->smoothed_in[i] = reading_in;
-    float moved_in = (reading_in - p->smoothed_in[i]) * SMOOTHING_SHARE;
-    p->smoothed_in[i] += moved_in;
+    if (__builtin_isnan(p->smoothed_reading_in[i]))
+        p->smoothed_reading_in[i] = reading_in;
+    float moved_in = (reading_in - p->smoothed_reading_in[i]) * SMOOTHING_SHARE;
+    p->smoothed_reading_in[i] += moved_in;
     if (!(ahead_ft < SPRING_AHEAD_FT && ahead_ft > -SPRING_BEHIND_FT))
         return 0.0f;
     float force_lb = SPRING_LB_FT / IN_PER_FT * off_in;
@@ -624,7 +626,7 @@ static void correct_with_springs(struct mr_predictor *p, const struct mr_predict
         bool missing = __builtin_isnan(reading_in) || p->doubt[i] == MR_PREDICTOR_DRIFTS ||
                        p->doubt[i] == MR_PREDICTOR_DISAGREES;
         if (missing)
-            p->last_in[i] = MR_NAN;
+            p->last_reading_in[i] = MR_NAN;
         if (__builtin_isnan(reading_in) && p->doubt[i] == MR_PREDICTOR_TRUSTED)
             p->doubt[i] = MR_PREDICTOR_MISSING;
         else if (p->doubt[i] == MR_PREDICTOR_MISSING && !missing)
@@ -642,7 +644,7 @@ static void push_joints_closed(struct mr_predictor *p, unsigned n)
     struct mr_chain *chain = &p->chain;
     float press_lb = compute_thrust_lb(p), shift_ft = 0.0f;
     unsigned last = n;
-    for (unsigned j = n + 1u; j <= chain->count; j++) {
+    for (unsigned j = n + 1u; j <= chain->group_count; j++) {
         press_lb -= chain->friction_lb;
         if (!(press_lb > 0.0f))
             break;
@@ -754,11 +756,13 @@ static void adapt_resistance(struct mr_predictor *p)
 {
     /* limits the change to a factor of 2 per interval */
     float factor = 1.0f + SCALE_CHANGE_PER_LB_IN * p->work_lb_in;
-    p->scale /= factor < 0.5f ? 0.5f : factor > 2.0f ? 2.0f : factor;
-    p->scale = p->scale < SCALE_MIN ? SCALE_MIN : p->scale > SCALE_MAX ? SCALE_MAX : p->scale;
+    p->resistance_scale /= factor < 0.5f ? 0.5f : factor > 2.0f ? 2.0f : factor;
+    p->resistance_scale = p->resistance_scale < SCALE_MIN ? SCALE_MIN
+                        : p->resistance_scale > SCALE_MAX ? SCALE_MAX
+                                                          : p->resistance_scale;
     p->work_lb_in = 0.0f;
     set_grits(p);
-    p->interval_updates += p->chain.count / MR_PREDICTOR_VISITS_PER_UPDATE;
+    p->interval_updates += p->chain.group_count / MR_PREDICTOR_VISITS_PER_UPDATE;
 }
 
 void mr_predictor_on_block(struct mr_predictor *p, const struct mr_predictor_input *input)
@@ -774,7 +778,7 @@ void mr_predictor_on_block(struct mr_predictor *p, const struct mr_predictor_inp
     if (known && input->is_braking_known && input->deceleration_ft_s2 > 0.0f &&
         input->deceleration_ft_s2 <= DECELERATION_MAX_FT_S2) {
         p->deceleration_ft_s2 = input->deceleration_ft_s2;
-        p->braking = true;
+        p->is_braking_known = true;
     }
     correct_with_springs(p, input);
     if (p->level == MR_PREDICTOR_KINEMATIC || !known)
@@ -799,7 +803,7 @@ void mr_predictor_end_landing(struct mr_predictor *p)
     else
         set_gaps_from_chain(p);
     p->is_armed = false;
-    p->landings++;
+    p->landing_count++;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         p->surveyed_sum_in[s] = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -822,19 +826,20 @@ static float get_position_ft(const struct mr_predictor *p, unsigned place, float
  * and the search in progress. */
 static void fill_zone(const struct mr_predictor *p, struct mr_predictor_zone *zone)
 {
-    const struct mr_zonescan_result *found = &p->found_zone;
-    unsigned group = p->found_group, coming = found->future_groups, place = found->future_position;
+    const struct mr_zonescan_result *found = &p->scan_result;
+    unsigned group = p->scan_result_group, coming = found->future_groups,
+             place = found->future_position;
     float group_ft = p->config.chain.mat_length_ft * (float)group;
     zone->compression_lb = p->level == MR_PREDICTOR_PLOUGH && p->speed_ft_s > 0.0f
                              ? compute_thrust_lb(p)
                              : found->compression_lb;
     if (p->speed_ft_s > 0.0f) {
-        float ahead_ft = p->config.chain.mat_length_ft * (float)p->chain.group;
+        float ahead_ft = p->config.chain.mat_length_ft * (float)p->chain.mats_per_group;
         zone->future_mats = coming * group;
-        zone->future_ft = coming ? get_position_ft(p, place, group_ft) : MR_NAN;
-        if (p->scan.found.future_groups * p->chain.group > zone->future_mats) {
-            zone->future_mats = p->scan.found.future_groups * p->chain.group;
-            zone->future_ft = get_position_ft(p, p->scan.found.future_position, ahead_ft);
+        zone->future_wheel_ft = coming ? get_position_ft(p, place, group_ft) : MR_NAN;
+        if (p->scan.result.future_groups * p->chain.mats_per_group > zone->future_mats) {
+            zone->future_mats = p->scan.result.future_groups * p->chain.mats_per_group;
+            zone->future_wheel_ft = get_position_ft(p, p->scan.result.future_position, ahead_ft);
         }
     }
     unsigned first = found->first_joint, end = found->first_joint + found->groups;
@@ -849,7 +854,7 @@ static void fill_zone(const struct mr_predictor *p, struct mr_predictor_zone *zo
     zone->end_ft = (float)(end - 1u) * group_ft;
     unsigned passed = (first - found->first_joint) * group, closed = found->closed_joints * group;
     zone->closed_joints = closed > passed + 2u ? closed - passed : 2u;
-    zone->mean_gap_in = IN_PER_FT * found->open_ft / (float)((found->groups + 1u) * group);
+    zone->mean_gap_in = IN_PER_FT * found->opening_sum_ft / (float)((found->groups + 1u) * group);
 }
 
 static void fill_kinematic_zone(const struct mr_predictor *p, struct mr_predictor_zone *zone)
@@ -861,7 +866,7 @@ static void fill_kinematic_zone(const struct mr_predictor *p, struct mr_predicto
     zone->start_ft = found.start_ft;
     zone->end_ft = found.end_ft;
     zone->closed_joints = found.mats ? found.mats + 1u : 0;
-    zone->future_ft = found.start_ft;
+    zone->future_wheel_ft = found.start_ft;
     zone->mean_gap_in = found.mats ? 0.5f * MR_CLOSED_SEGMENT_MAX_IN / (float)MR_MATS_PER_SEGMENT
                                    : 0.0f;
 }
@@ -874,7 +879,7 @@ static void set_zone_basis(const struct mr_predictor *p, struct mr_predictor_zon
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         bool fitted = !__builtin_isnan(p->config.station_ft[i]);
         if (!fitted || p->doubt[i] != MR_PREDICTOR_TRUSTED ||
-            (p->block && __builtin_isnan(p->last_in[i])))
+            (p->block && __builtin_isnan(p->last_reading_in[i])))
             continue;
         if (!any)
             low_ft = p->config.station_ft[i];
@@ -919,7 +924,7 @@ static uint8_t classify_end(const struct mr_predictor *p, const struct mr_predic
     bool near = false, beyond = false;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         float past_ft = zone->end_ft - p->config.station_ft[i];
-        if (__builtin_isnan(p->last_in[i])) /* also NaN if the transducer is not fitted */
+        if (__builtin_isnan(p->last_reading_in[i])) /* also NaN if the transducer is not fitted */
             continue;
         near = near || (past_ft >= 0.0f && past_ft < NEAR_TRANSDUCER_FT);
         beyond = beyond || past_ft < 0.0f;
@@ -934,11 +939,12 @@ static void set_zone_errors(const struct mr_predictor *p, struct mr_predictor_zo
     /* the start is less certain if it is ahead of the wheel or if the level is a coarser one */
     bool ahead = zone->distance_ft > AT_WHEEL_MAX_FT || zone->level != MR_PREDICTOR_FULL;
     float mat_ft = p->config.chain.mat_length_ft;
-    zone->start_class = (uint8_t)(surveyed + between + ahead);
-    zone->end_class = (uint8_t)(surveyed + classify_end(p, zone));
+    zone->start_error_class = (uint8_t)(surveyed + between + ahead);
+    zone->end_error_class = (uint8_t)(surveyed + classify_end(p, zone));
     zone->start_error_ft = mat_ft * start_error_factor[zone->level] *
-                           start_error_mats[zone->start_class];
-    zone->end_error_ft = mat_ft * end_error_factor[zone->level] * end_error_mats[zone->end_class];
+                           start_error_mats[zone->start_error_class];
+    zone->end_error_ft = mat_ft * end_error_factor[zone->level] *
+                         end_error_mats[zone->end_error_class];
 }
 
 static void set_zone_verdict(struct mr_predictor_zone *zone)
@@ -958,7 +964,7 @@ void mr_predictor_get_zone(const struct mr_predictor *p, struct mr_predictor_zon
 {
     bool unmoved = __builtin_isnan(p->wheel_ft) || __builtin_isnan(p->speed_ft_s);
     *zone = (struct mr_predictor_zone){.level = p->level,
-                                       .future_ft = MR_NAN,
+                                       .future_wheel_ft = MR_NAN,
                                        .distance_ft = MR_NAN,
                                        .lead_s = MR_NAN,
                                        .start_error_ft = MR_NAN,

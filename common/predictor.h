@@ -84,7 +84,7 @@ struct mr_predictor_zone {
     /* standard errors, calibrated by `make score`; NaN at the level MR_PREDICTOR_KINEMATIC */
     float start_error_ft, end_error_ft;
     /* classes that select the errors; `make score` calibrates each class */
-    uint8_t start_class, end_class;
+    uint8_t start_error_class, end_error_class;
     unsigned closed_joints;
     float mean_gap_in; /* mean opening of the joints in the zone */
     /* distance and time from the wheel to the start of the zone; NaN: unknown, or the wheel stops
@@ -92,9 +92,9 @@ struct mr_predictor_zone {
     float distance_ft, lead_s;
     /* longest zone that will form ahead of the wheel before it stops, at constant deceleration */
     unsigned future_mats;
-    float future_ft;      /* station of the wheel when the future zone has formed */
-    float compression_lb; /* largest compression ahead of the wheel now */
-    float critical_lb;    /* critical compression P_c for the assumed irregularity */
+    float future_wheel_ft; /* station of the wheel when the future zone has formed */
+    float compression_lb;  /* largest compression ahead of the wheel now */
+    float critical_lb;     /* critical compression P_c for the assumed irregularity */
     enum mr_predictor_verdict verdict;
     enum mr_predictor_reason reason;
     enum mr_predictor_level level;
@@ -109,26 +109,26 @@ struct mr_predictor_zone {
 struct mr_predictor {
     struct mr_predictor_config config;
     struct mr_chain chain;
-    struct mr_zonescan scan;              /* search in progress */
-    struct mr_zonescan_result found_zone; /* result of the last complete search */
-    float scan_deceleration_ft_s2;        /* deceleration at the start of the search in progress */
-    bool is_scan_restarted;               /* the search in progress replaced an incomplete one */
-    uint8_t found_group;                  /* mats per group in `found_zone` */
-    float gap_ft[MR_CHAIN_MATS + 1u];     /* gap of each joint when the chain was started */
+    struct mr_zonescan scan;               /* search in progress */
+    struct mr_zonescan_result scan_result; /* result of the last complete search */
+    float scan_deceleration_ft_s2;         /* deceleration at the start of the search in progress */
+    bool is_scan_restarted;                /* the search in progress replaced an incomplete one */
+    uint8_t scan_result_group;             /* mats per group in `scan_result` */
+    float gap_ft[MR_CHAIN_MATS + 1u];      /* gap of each joint when the chain was started */
     /* at levels with groups: resistance against closing a whole group */
     float closing_lb[MR_CHAIN_MATS / 2u + 2u];
     /* sums of openings; NaN: not surveyed since the last landing */
     float surveyed_sum_in[MR_SEGMENTS];
-    float scale; /* factor on the configured closing resistance */
+    float resistance_scale; /* factor on the configured closing resistance */
     float wheel_ft, speed_ft_s, deceleration_ft_s2;
-    uint32_t landings; /* number of landings included in the runway's state */
-    bool is_armed, braking, is_degraded, has_fallen_back;
+    uint32_t landing_count; /* number of landings included in the runway's state */
+    bool is_armed, is_braking_known, is_degraded, has_fallen_back;
     uint32_t moved_mask;           /* bit mask of trusted transducers that have moved */
     enum mr_predictor_level level; /* current level */
     uint32_t block;                /* blocks since arming */
     uint32_t corrected_block;
-    uint32_t updates; /* mat updates since arming */
-    uint32_t visits;  /* work of the search in this landing, as number of joints examined */
+    uint32_t updates;         /* mat updates since arming */
+    uint32_t examined_joints; /* work of the search in this landing, as number of joints examined */
     /* maximum mat updates in one block of this landing, including examined joints */
     uint32_t block_updates_max;
     uint32_t interval_updates; /* mat updates in this interval, including examined joints */
@@ -148,9 +148,10 @@ struct mr_predictor {
     float work_lb_in;
     /* displacement at each transducer in the model when the chain was last started */
     float model_base_in[MR_TRANSDUCERS];
-    float smoothed_in[MR_TRANSDUCERS]; /* running means of the readings, which lag by 50 ms */
-    float last_in[MR_TRANSDUCERS];     /* newest trusted readings; NaN: none */
-    uint8_t doubt[MR_TRANSDUCERS];     /* enum mr_predictor_doubt */
+    float
+        smoothed_reading_in[MR_TRANSDUCERS]; /* running means of the readings, which lag by 50 ms */
+    float last_reading_in[MR_TRANSDUCERS];   /* newest trusted readings; NaN: none */
+    uint8_t doubt[MR_TRANSDUCERS];           /* enum mr_predictor_doubt */
     uint16_t doubtful_blocks[MR_TRANSDUCERS];
 };
 
@@ -158,8 +159,8 @@ struct mr_predictor {
  * mil, and the estimated resistance. */
 struct mr_predictor_state {
     uint16_t mats;
-    uint16_t landings;
-    float scale;
+    uint16_t landing_count;
+    float resistance_scale;
     uint16_t gap_counts[MR_CHAIN_MATS + 1u];
 };
 

@@ -48,7 +48,7 @@ static float *get_plan_item_address(struct mr_risk_plan *plan, unsigned item)
     static const unsigned count[] = {MR_RISK_CHART_ROWS, MR_RISK_CHART_ROWS, MR_RISK_CHART_ROWS,
                                      MR_RISK_PLAN_KNOTS, MR_RISK_PLAN_KNOTS};
     if (item < 2u)
-        return item ? &plan->speed_ft_s : &plan->landings;
+        return item ? &plan->speed_ft_s : &plan->landing_count;
     item -= 2u;
     for (unsigned i = 0; i < sizeof count / sizeof count[0]; i++) {
         if (item < count[i])
@@ -116,7 +116,7 @@ enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan)
     /* With too little braking at the end of the plan, the wheel would never stop. */
     if (!(plan->plan_deceleration_ft_s2[knots - 1u] >= DECELERATION_MIN_FT_S2))
         return MR_USAGE;
-    if (rows && !is_between(plan->landings, 0.0f, 65535.0f))
+    if (rows && !is_between(plan->landing_count, 0.0f, 65535.0f))
         return MR_USAGE;
     for (unsigned i = 0; i < rows; i++) {
         if (!is_between(plan->chart_deceleration_ft_s2[i], DECELERATION_MIN_FT_S2, 64.0f) ||
@@ -210,14 +210,14 @@ static void predict_braking(struct mr_risk_state *risk, const struct mr_predicto
 static void begin_scan(struct mr_risk_state *risk, const struct mr_predictor *p)
 {
     const struct mr_chain *chain = &p->chain;
-    float group_ft = p->config.chain.mat_length_ft * (float)chain->group,
-          end_ft = group_ft * (float)chain->count;
+    float group_ft = p->config.chain.mat_length_ft * (float)chain->mats_per_group,
+          end_ft = group_ft * (float)chain->group_count;
     float wheel_ft = __builtin_isnan(p->wheel_ft) || p->wheel_ft < risk->touchdown_ft
                        ? risk->touchdown_ft
                        : p->wheel_ft;
     float from_ft = wheel_ft + risk->hardest_braking_distance_ft,
           to_ft = wheel_ft + risk->stopping_distance_ft;
-    risk->scan_group = chain->group;
+    risk->scan_group = chain->mats_per_group;
     risk->is_scanning = from_ft >= 0.0f && from_ft < end_ft && to_ft >= from_ft;
     if (!risk->is_scanning) {
         risk->planned_mats = 0;
@@ -226,12 +226,12 @@ static void begin_scan(struct mr_risk_state *risk, const struct mr_predictor *p)
     to_ft = to_ft < end_ft ? to_ft : end_ft;
     mr_zonescan_begin(
         &risk->scan, chain,
-        &(struct mr_zonescan_range){.from_joint = (uint16_t)(chain->count + 2u),
-                                    .position = (uint16_t)((unsigned)(from_ft / group_ft) + 1u),
-                                    .last_position = (uint16_t)((unsigned)(to_ft / group_ft) + 1u),
-                                    .push_lb = p->config.thrust_lb_per_g *
-                                               risk->hardest_braking_ft_s2 / G_FT_S2,
-                                    .grit_lb = chain->group > 1u ? p->closing_lb : chain->grit_lb});
+        &(struct mr_zonescan_range){
+            .search_start_joint = (uint16_t)(chain->group_count + 2u),
+            .position = (uint16_t)((unsigned)(from_ft / group_ft) + 1u),
+            .last_position = (uint16_t)((unsigned)(to_ft / group_ft) + 1u),
+            .push_lb = p->config.thrust_lb_per_g * risk->hardest_braking_ft_s2 / G_FT_S2,
+            .grit_lb = chain->mats_per_group > 1u ? p->closing_lb : chain->grit_lb});
 }
 
 static void continue_scan(struct mr_risk_state *risk, const struct mr_predictor *p)
@@ -241,14 +241,14 @@ static void continue_scan(struct mr_risk_state *risk, const struct mr_predictor 
         risk->planned_mats = 0;
         return;
     }
-    if (!risk->is_scanning || risk->scan_group != p->chain.group) {
+    if (!risk->is_scanning || risk->scan_group != p->chain.mats_per_group) {
         predict_braking(risk, p);
         begin_scan(risk, p);
     }
     if (!risk->is_scanning ||
         !mr_zonescan_continue(&risk->scan, &p->chain, MR_RISK_VISITS_PER_BLOCK))
         return;
-    risk->planned_mats = risk->scan.found.future_groups * risk->scan_group;
+    risk->planned_mats = risk->scan.result.future_groups * risk->scan_group;
     risk->is_scanning = false;
 }
 
@@ -265,9 +265,10 @@ void mr_risk_arm(struct mr_risk_state *risk, const struct mr_risk_plan *plan,
     risk->plan = *plan;
     risk->has_plan = true;
     predict_planned_braking(risk, plan->speed_ft_s);
-    risk->mean_ft_s2 = 0.5f * plan->speed_ft_s * plan->speed_ft_s / risk->stopping_distance_ft;
+    risk->planned_mean_deceleration_ft_s2 = 0.5f * plan->speed_ft_s * plan->speed_ft_s /
+                                            risk->stopping_distance_ft;
     bool has_chart = count_chart_rows(plan) > 0;
-    risk->has_chart = has_chart && plan->landings == (float)p->landings;
+    risk->has_chart = has_chart && plan->landing_count == (float)p->landing_count;
     risk->is_chart_stale = has_chart && !risk->has_chart;
 }
 
@@ -367,7 +368,7 @@ static void set_zone_times(const struct mr_predictor *p, const struct mr_predict
                            struct mr_risk_report *report)
 {
     float start_ft = zone->mats >= MR_PREDICTOR_WARNING_MATS     ? zone->start_ft
-                   : zone->future_mats >= EXPECTED_ZONE_MIN_MATS ? zone->future_ft
+                   : zone->future_mats >= EXPECTED_ZONE_MIN_MATS ? zone->future_wheel_ft
                                                                  : MR_NAN;
     report->start_s = report->failure_s = report->failure_ft = MR_NAN;
     if (__builtin_isnan(start_ft) || !(p->speed_ft_s > 0.0f) || __builtin_isnan(p->wheel_ft))
@@ -390,7 +391,7 @@ static unsigned find_risk_basis(const struct mr_risk_state *risk, const struct m
     basis |= zone->basis & MR_PREDICTOR_BLIND ? MR_RISK_BLIND : 0u;
     basis |= __builtin_isnan(p->wheel_ft) || __builtin_isnan(p->speed_ft_s) ? MR_RISK_NO_MOTION
                                                                             : 0u;
-    basis |= p->braking ? MR_RISK_BRAKING_KNOWN : 0u;
+    basis |= p->is_braking_known ? MR_RISK_BRAKING_KNOWN : 0u;
     return basis;
 }
 
@@ -419,7 +420,7 @@ static enum mr_risk_reason find_risk_reason(const struct mr_risk_state *risk,
 static bool is_plan_used(const struct mr_risk_state *risk, const struct mr_predictor *p)
 {
     return is_following_plan(risk) &&
-           (risk->has_chart || !p->braking ||
+           (risk->has_chart || !p->is_braking_known ||
             risk->hardest_braking_ft_s2 > MUCH_HARDER_BRAKING_RATIO * p->deceleration_ft_s2);
 }
 
@@ -449,17 +450,18 @@ static void set_risk_inputs(struct mr_risk_state *risk, const struct mr_predicto
     x[MR_RISK_DISTANCE] =
         still * (risk->stopping_distance_ft < 150.0f ? risk->stopping_distance_ft : 150.0f) / 50.0f;
     x[MR_RISK_FRICTION] = p->config.chain.friction_lb / p->config.mat_weight_lb / 0.6f;
-    x[MR_RISK_LANDINGS] = ((float)p->landings < LANDINGS_MAX ? (float)p->landings : LANDINGS_MAX) /
-                          3.0f;
+    x[MR_RISK_LANDINGS] =
+        ((float)p->landing_count < LANDINGS_MAX ? (float)p->landing_count : LANDINGS_MAX) / 3.0f;
     x[MR_RISK_OPENING] = compute_mean_opening_in(risk, wheel_ft, left_in) / 0.015f;
     x[MR_RISK_PLANNED] = planned ? 0.5f * (compute_zone_share(risk->planned_mats) +
                                            compute_excess_share(risk->planned_mats))
                                  : 0.0f;
     x[MR_RISK_CHART] = 0.0f;
     if (charted) {
-        x[MR_RISK_CHART] = interpolate(risk->plan.chart_deceleration_ft_s2,
-                                       risk->plan.chart_log_odds, count_chart_rows(&risk->plan),
-                                       risk->mean_ft_s2 * risk->speed_loss_ratio);
+        x[MR_RISK_CHART] =
+            interpolate(risk->plan.chart_deceleration_ft_s2, risk->plan.chart_log_odds,
+                        count_chart_rows(&risk->plan),
+                        risk->planned_mean_deceleration_ft_s2 * risk->speed_loss_ratio);
     }
     report->weight_set = (charted   ? MR_RISK_SET_BY_CHART
                           : planned ? MR_RISK_SET_BY_PLAN

@@ -34,8 +34,8 @@
 /* Plan and chart, sent by the host before a landing. NaN: not given; the first NaN ends the list of
  * rows or knots. */
 struct mr_risk_plan {
-    float landings;   /* number of landings of the runway when the chart was made */
-    float speed_ft_s; /* planned speed at touchdown */
+    float landing_count; /* number of landings of the runway when the chart was made */
+    float speed_ft_s;    /* planned speed at touchdown */
     /* chart: mean decelerations in ascending order; the logarithm of the odds p / (1 - p) of a
      * zone; the median station at which the simulated runways of the ensemble reach a zone */
     float chart_deceleration_ft_s2[MR_RISK_CHART_ROWS], chart_log_odds[MR_RISK_CHART_ROWS],
@@ -95,11 +95,11 @@ struct mr_risk_state {
     bool has_deviated_from_plan; /* the landing deviated from the plan */
     float touchdown_ft;
     bool has_touched_down;
-    float touchdown_ft_s;          /* speed at touchdown */
-    float since_touchdown_s;       /* time since touchdown */
-    float mean_ft_s2;              /* mean of the planned decelerations over distance */
-    float planned_speed_loss_ft_s; /* planned loss of speed since touchdown */
-    float speed_loss_ratio;        /* measured loss of speed / planned loss of speed */
+    float touchdown_ft_s;                  /* speed at touchdown */
+    float since_touchdown_s;               /* time since touchdown */
+    float planned_mean_deceleration_ft_s2; /* mean of the planned decelerations over distance */
+    float planned_speed_loss_ft_s;         /* planned loss of speed since touchdown */
+    float speed_loss_ratio;                /* measured loss of speed / planned loss of speed */
     /* number of consecutive blocks in which speed_loss_ratio was outside its range */
     uint16_t deviating_blocks;
     float hardest_braking_ft_s2;       /* hardest future braking */

@@ -9,8 +9,8 @@
 
 static void put_fields(const struct mr_predictor_state *state, uint8_t *p)
 {
-    p = mr_put_u16(mr_put_u16(p, state->mats), state->landings);
-    p = mr_put_f32(p, state->scale);
+    p = mr_put_u16(mr_put_u16(p, state->mats), state->landing_count);
+    p = mr_put_f32(p, state->resistance_scale);
     for (unsigned j = 0; j < MR_RUNWAY_JOINTS; j++)
         p = mr_put_u16(p, state->gap_counts[j]);
 }
@@ -32,8 +32,8 @@ enum mr_status mr_runway_decode(struct mr_predictor_state *state, uint32_t *sequ
         return MR_CRC;
     *sequence = mr_get_u32(&p);
     state->mats = mr_get_u16(&p);
-    state->landings = mr_get_u16(&p);
-    state->scale = mr_get_f32(&p);
+    state->landing_count = mr_get_u16(&p);
+    state->resistance_scale = mr_get_f32(&p);
     for (unsigned j = 0; j < MR_RUNWAY_JOINTS; j++)
         state->gap_counts[j] = mr_get_u16(&p);
     return MR_OK;
@@ -42,8 +42,8 @@ enum mr_status mr_runway_decode(struct mr_predictor_state *state, uint32_t *sequ
 uint32_t mr_runway_crc(const struct mr_predictor_state *state)
 {
     uint8_t word[8];
-    uint8_t *p = mr_put_u16(mr_put_u16(word, state->mats), state->landings);
-    mr_put_f32(p, state->scale);
+    uint8_t *p = mr_put_u16(mr_put_u16(word, state->mats), state->landing_count);
+    mr_put_f32(p, state->resistance_scale);
     uint32_t crc = mr_crc32(0, word, 8);
     for (unsigned j = 0; j < MR_RUNWAY_JOINTS; j++) {
         mr_put_u16(word, state->gap_counts[j]);
@@ -108,9 +108,9 @@ void mr_runway_apply_joints(struct mr_predictor_state *state, unsigned index, in
 int32_t mr_runway_make_word_argument(const struct mr_predictor_state *state, unsigned index)
 {
     int32_t bits;
-    memcpy(&bits, &state->scale, sizeof bits);
+    memcpy(&bits, &state->resistance_scale, sizeof bits);
     return index == 0 ? bits
-         : index == 1 ? (int32_t)state->landings
+         : index == 1 ? (int32_t)state->landing_count
                       : (int32_t)state->gap_counts[MR_RUNWAY_JOINTS - 1u];
 }
 
@@ -120,9 +120,9 @@ bool mr_runway_apply_word(struct mr_predictor_state *state, unsigned index, int3
         (index > 0 && (argument < 0 || argument > (int32_t)UINT16_MAX)))
         return false;
     if (index == 0)
-        memcpy(&state->scale, &argument, sizeof state->scale);
+        memcpy(&state->resistance_scale, &argument, sizeof state->resistance_scale);
     else if (index == 1)
-        state->landings = (uint16_t)argument;
+        state->landing_count = (uint16_t)argument;
     else
         state->gap_counts[MR_RUNWAY_JOINTS - 1u] = (uint16_t)argument;
     return true;

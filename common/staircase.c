@@ -6,12 +6,12 @@
 
 void mr_staircase_init(struct mr_staircase *staircase)
 {
-    staircase->count = 0;
+    staircase->block_count = 0;
 }
 
 void mr_staircase_add(struct mr_staircase *staircase, uint32_t tick, float code)
 {
-    uint32_t at = staircase->count++ % MR_STAIRCASE_HISTORY_BLOCKS;
+    uint32_t at = staircase->block_count++ % MR_STAIRCASE_HISTORY_BLOCKS;
     staircase->tick[at] = tick;
     staircase->code[at] = code;
 }
@@ -40,13 +40,13 @@ static bool is_level_steady(const struct level_mean *levels)
 /* Number of blocks in the history. */
 static uint32_t get_history_length(const struct mr_staircase *staircase)
 {
-    return staircase->count < MR_STAIRCASE_HISTORY_BLOCKS ? staircase->count
-                                                          : MR_STAIRCASE_HISTORY_BLOCKS;
+    return staircase->block_count < MR_STAIRCASE_HISTORY_BLOCKS ? staircase->block_count
+                                                                : MR_STAIRCASE_HISTORY_BLOCKS;
 }
 
 static uint32_t get_history_index(const struct mr_staircase *staircase, uint32_t age)
 {
-    return (staircase->count - 1 - age) % MR_STAIRCASE_HISTORY_BLOCKS;
+    return (staircase->block_count - 1 - age) % MR_STAIRCASE_HISTORY_BLOCKS;
 }
 
 bool mr_staircase_level_before(const struct mr_staircase *staircase, uint32_t edge_tick,

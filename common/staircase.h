@@ -24,8 +24,8 @@ struct mr_staircase {
     /* tick of the first trigger of each block, 1/84 us */
     uint32_t tick[MR_STAIRCASE_HISTORY_BLOCKS];
     float code[MR_STAIRCASE_HISTORY_BLOCKS]; /* mean code of the block */
-    /* number of blocks added; the newest is at (count - 1) % MR_STAIRCASE_HISTORY_BLOCKS */
-    uint32_t count;
+    /* number of blocks added; the newest is at (block_count - 1) % MR_STAIRCASE_HISTORY_BLOCKS */
+    uint32_t block_count;
 };
 
 void mr_staircase_init(struct mr_staircase *staircase);

@@ -12,10 +12,10 @@ void mr_switches_start(struct mr_switches *switches)
 
 void mr_switches_reset(struct mr_switches *switches)
 {
-    switches->count = 0;
+    switches->waiting_count = 0;
     switches->opened_mask = 0;
     switches->identified_position = 0;
-    switches->has_decided = false;
+    switches->has_decided_edge = false;
     switches->is_level_after_known = false;
 }
 
@@ -26,9 +26,9 @@ void mr_switches_add_level(struct mr_switches *switches, uint32_t tick, float co
 
 bool mr_switches_add_edge(struct mr_switches *switches, uint32_t tick)
 {
-    if (switches->count == MR_SWITCHES_WAITING_MAX)
+    if (switches->waiting_count == MR_SWITCHES_WAITING_MAX)
         return false;
-    struct mr_switch_edge *edge = &switches->waiting[switches->count++];
+    struct mr_switch_edge *edge = &switches->waiting_edge[switches->waiting_count++];
     *edge = (struct mr_switch_edge){.tick = tick, .step_codes = MR_NAN};
     edge->is_level_known = mr_staircase_level_before(&switches->staircase, tick,
                                                      &edge->level_codes);
@@ -43,7 +43,7 @@ static bool is_below_smallest_step(float step_codes)
 static bool follows_last_edge(const struct mr_switches *switches, uint32_t tick,
                               uint32_t within_ticks)
 {
-    return switches->has_decided && tick - switches->decided_tick < within_ticks;
+    return switches->has_decided_edge && tick - switches->decided_tick < within_ticks;
 }
 
 static void identify_switch(struct mr_switches *switches, const uint16_t *steps_codes,
@@ -71,8 +71,9 @@ static void identify_switch(struct mr_switches *switches, const uint16_t *steps_
 static unsigned count_cluster_edges(const struct mr_switches *switches)
 {
     unsigned n = 1;
-    while (n < switches->count &&
-           switches->waiting[n].tick - switches->waiting[n - 1].tick < MR_SWITCH_BOUNCE_TICKS)
+    while (n < switches->waiting_count &&
+           switches->waiting_edge[n].tick - switches->waiting_edge[n - 1].tick <
+               MR_SWITCH_BOUNCE_TICKS)
         n++;
     return n;
 }
@@ -86,9 +87,10 @@ static bool decide_cluster(struct mr_switches *switches, const uint16_t *steps_c
                            unsigned count, float own_step)
 {
     unsigned n = count_cluster_edges(switches);
-    struct mr_switch_edge *first = &switches->waiting[0], *last = &switches->waiting[n - 1];
+    struct mr_switch_edge *first = &switches->waiting_edge[0],
+                          *last = &switches->waiting_edge[n - 1];
     const struct mr_staircase *staircase = &switches->staircase;
-    uint32_t now = staircase->tick[(staircase->count - 1) % MR_STAIRCASE_HISTORY_BLOCKS];
+    uint32_t now = staircase->tick[(staircase->block_count - 1) % MR_STAIRCASE_HISTORY_BLOCKS];
     float after;
     if (n < MR_SWITCHES_WAITING_MAX &&
         (int32_t)(now - last->tick) < (int32_t)MR_SWITCH_BOUNCE_TICKS)
@@ -118,26 +120,26 @@ static bool decide_cluster(struct mr_switches *switches, const uint16_t *steps_c
         first->reason = MR_SWITCH_TOO_SOON;
     }
     for (unsigned i = 1; i < n; i++) {
-        switches->waiting[i].is_decided = true;
-        switches->waiting[i].reason = one || none ? MR_SWITCH_BOUNCE : MR_SWITCH_TOO_SOON;
-        switches->waiting[i].position = one ? first->position : 0;
+        switches->waiting_edge[i].is_decided = true;
+        switches->waiting_edge[i].reason = one || none ? MR_SWITCH_BOUNCE : MR_SWITCH_TOO_SOON;
+        switches->waiting_edge[i].position = one ? first->position : 0;
     }
     return true;
 }
 
 static void remove_edge(struct mr_switches *switches, struct mr_switch_edge *edge)
 {
-    *edge = switches->waiting[0];
-    switches->count--;
-    memmove(switches->waiting, switches->waiting + 1,
-            switches->count * sizeof switches->waiting[0]);
+    *edge = switches->waiting_edge[0];
+    switches->waiting_count--;
+    memmove(switches->waiting_edge, switches->waiting_edge + 1,
+            switches->waiting_count * sizeof switches->waiting_edge[0]);
     /* A bounce does not change the level after the previous edge. */
     if (edge->reason != MR_SWITCH_BOUNCE) {
         switches->is_level_after_known = edge->is_level_known &&
                                          edge->step_codes == edge->step_codes;
         switches->level_after_codes = edge->level_codes + edge->step_codes;
     }
-    switches->has_decided = true;
+    switches->has_decided_edge = true;
     switches->decided_tick = edge->tick;
     if (edge->position && edge->reason != MR_SWITCH_BOUNCE) {
         switches->opened_mask |= 1u << (edge->position - 1);
@@ -149,9 +151,9 @@ static void remove_edge(struct mr_switches *switches, struct mr_switch_edge *edg
 bool mr_switches_next_edge(struct mr_switches *switches, const uint16_t *steps_codes,
                            unsigned count, struct mr_switch_edge *edge)
 {
-    if (!switches->count)
+    if (!switches->waiting_count)
         return false;
-    struct mr_switch_edge *oldest = &switches->waiting[0];
+    struct mr_switch_edge *oldest = &switches->waiting_edge[0];
     if (!oldest->is_decided) {
         float step_codes = MR_NAN;
         enum mr_status status = mr_staircase_find_step(&switches->staircase, oldest->tick,

@@ -38,13 +38,13 @@ struct mr_switch_edge {
 struct mr_switches {
     struct mr_staircase staircase;
     /* edges that are not decided yet, oldest first */
-    struct mr_switch_edge waiting[MR_SWITCHES_WAITING_MAX];
-    unsigned count;              /* number of waiting edges */
+    struct mr_switch_edge waiting_edge[MR_SWITCHES_WAITING_MAX];
+    unsigned waiting_count;      /* number of waiting edges */
     uint32_t opened_mask;        /* bit p-1: switch p has opened */
     uint32_t decided_tick;       /* tick of the newest decided edge */
     uint32_t identified_tick;    /* tick of the newest identified edge */
     uint8_t identified_position; /* switch of that edge; 0: none yet */
-    bool has_decided;
+    bool has_decided_edge;
     bool is_level_after_known;
     float level_after_codes; /* level after the newest decided edge */
 };

@@ -52,8 +52,8 @@ void mr_watch_begin(struct mr_watch *watch, const struct mr_channel_config *conf
     watch->is_recording = true;
     for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
         struct mr_watch_channel *channel = &watch->channel[c];
-        channel->last_reading = channel->earlier_reading = channel->good_reading = channel->anchor =
-            channel->rest_noise = MR_NAN;
+        channel->last_reading = channel->earlier_reading = channel->good_reading =
+            channel->anchor_reading = channel->rest_noise = MR_NAN;
         find_neighbours(channel, config, c);
         channel->anchor_up_channel = channel->anchor_down_channel = MR_WATCH_NO_CHANNEL;
     }
@@ -131,12 +131,12 @@ static float get_channel_reading(const struct mr_watch *watch, uint8_t c)
 static void set_anchor(struct mr_watch *watch, struct mr_watch_channel *channel, float value,
                        uint32_t index)
 {
-    channel->anchor = value;
+    channel->anchor_reading = value;
     channel->anchor_block = index;
     channel->anchor_up_channel = find_nearest_valid(watch, channel->upfield, true);
     channel->anchor_down_channel = find_nearest_valid(watch, channel->downfield, false);
-    channel->anchor_up = get_channel_reading(watch, channel->anchor_up_channel);
-    channel->anchor_down = get_channel_reading(watch, channel->anchor_down_channel);
+    channel->anchor_upfield = get_channel_reading(watch, channel->anchor_up_channel);
+    channel->anchor_downfield = get_channel_reading(watch, channel->anchor_down_channel);
     channel->is_stuck = false;
 }
 
@@ -144,18 +144,18 @@ static void set_anchor(struct mr_watch *watch, struct mr_watch_channel *channel,
 static bool is_anchored(const struct mr_watch *watch, const struct mr_watch_channel *channel)
 {
     return !__builtin_isnan(get_channel_reading(watch, channel->anchor_up_channel) -
-                            channel->anchor_up) &&
+                            channel->anchor_upfield) &&
            !__builtin_isnan(get_channel_reading(watch, channel->anchor_down_channel) -
-                            channel->anchor_down);
+                            channel->anchor_downfield);
 }
 
 static bool have_neighbours_moved(const struct mr_watch *watch,
                                   const struct mr_watch_channel *channel, float by)
 {
     return __builtin_fabsf(get_channel_reading(watch, channel->anchor_up_channel) -
-                           channel->anchor_up) > by &&
+                           channel->anchor_upfield) > by &&
            __builtin_fabsf(get_channel_reading(watch, channel->anchor_down_channel) -
-                           channel->anchor_down) > by;
+                           channel->anchor_downfield) > by;
 }
 
 static void compare_neighbours(struct mr_watch *watch, struct mr_watch_channel *channel,
@@ -165,7 +165,7 @@ static void compare_neighbours(struct mr_watch *watch, struct mr_watch_channel *
     float noise_band = MR_STUCK_SPREAD_SIGMA * channel->rest_noise;
     if (noise_band > band)
         band = noise_band;
-    bool holds = __builtin_fabsf(value - channel->anchor) <= band;
+    bool holds = __builtin_fabsf(value - channel->anchor_reading) <= band;
     if (!holds || (!channel->is_stuck && !is_anchored(watch, channel)))
         set_anchor(watch, channel, value, index);
     else if (have_neighbours_moved(watch, channel,
@@ -181,9 +181,9 @@ static void mark_constant(struct mr_watch_channel *channel, const struct mr_chan
 {
     if (!(channel->rest_noise > MR_STUCK_NOISE_MIN_CODES * __builtin_fabsf(config->unit_per_code)))
         return;
-    channel->anchor = value;
+    channel->anchor_reading = value;
     channel->anchor_block = index - MR_STUCK_CONSTANT_BLOCKS;
-    channel->anchor_up = channel->anchor_down = MR_NAN;
+    channel->anchor_upfield = channel->anchor_downfield = MR_NAN;
     channel->is_stuck = true;
 }
 

@@ -68,7 +68,7 @@ struct mr_watch_channel {
     float rest_noise;
     float good_reading; /* newest reading within the rate limit; NaN: none */
     uint32_t good_block;
-    float anchor, anchor_up, anchor_down;
+    float anchor_reading, anchor_upfield, anchor_downfield;
     uint32_t anchor_block;
     uint32_t reported_block; /* block of the last reported change */
     uint32_t since_block;    /* block at which `repeat_count` began */

@@ -6,7 +6,7 @@ enum { PHASE_FUTURE_START, PHASE_FUTURE_END, PHASE_PRESENT_ZONE, PHASE_SUMS, PHA
 
 static float get_closed_limit_ft(const struct mr_chain *chain)
 {
-    return MR_ZONE_CLOSED_MAX_FT * (float)chain->group;
+    return MR_ZONE_CLOSED_MAX_FT * (float)chain->mats_per_group;
 }
 
 /* True if joint j is closed, or would close when the wheel reaches the position. */
@@ -22,7 +22,7 @@ static void begin_position(struct mr_zonescan *scan)
 {
     bool any = scan->range.position <= scan->range.last_position;
     scan->phase = any ? PHASE_FUTURE_START : PHASE_PRESENT_ZONE;
-    scan->joint = any ? (uint16_t)(scan->range.position + 1u) : scan->range.from_joint;
+    scan->joint = any ? (uint16_t)(scan->range.position + 1u) : scan->range.search_start_joint;
     scan->previous_start_joint = scan->start_joint;
     scan->start_joint = 0;
     if (!any)
@@ -34,18 +34,19 @@ void mr_zonescan_begin(struct mr_zonescan *scan, const struct mr_chain *chain,
 {
     memset(scan, 0, sizeof *scan);
     scan->range = *range;
-    if (scan->range.last_position >= chain->count)
-        scan->range.last_position = (uint16_t)(chain->count - 1u);
-    scan->window = (uint16_t)((MR_ZONE_WINDOW_MATS + chain->group - 1u) / chain->group);
+    if (scan->range.last_position >= chain->group_count)
+        scan->range.last_position = (uint16_t)(chain->group_count - 1u);
+    scan->window_joints =
+        (uint16_t)((MR_ZONE_WINDOW_MATS + chain->mats_per_group - 1u) / chain->mats_per_group);
     begin_position(scan);
 }
 
 static void end_position(struct mr_zonescan *scan)
 {
     unsigned groups = scan->start_joint ? (unsigned)scan->last_closed_joint - scan->start_joint : 0;
-    if (groups > scan->found.future_groups) {
-        scan->found.future_groups = (uint16_t)groups;
-        scan->found.future_position = scan->range.position;
+    if (groups > scan->result.future_groups) {
+        scan->result.future_groups = (uint16_t)groups;
+        scan->result.future_position = scan->range.position;
     }
     scan->range.position = (uint16_t)(scan->range.position + MR_ZONE_STRIDE_GROUPS);
     begin_position(scan);
@@ -58,8 +59,8 @@ static void end_position(struct mr_zonescan *scan)
 static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
 {
     unsigned j = scan->joint;
-    scan->visits++;
-    if (j > chain->count + 1u || j > scan->range.position + scan->window + 1u) {
+    scan->examined_joints++;
+    if (j > chain->group_count + 1u || j > scan->range.position + scan->window_joints + 1u) {
         scan->end_joint = 0;
         end_position(scan);
         return;
@@ -82,7 +83,7 @@ static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
                                     ? scan->last_open_joint
                                     : scan->last_closed_joint;
         scan->last_open_joint = 0;
-        scan->visits++;
+        scan->examined_joints++;
     }
     scan->joint = scan->end_joint;
 }
@@ -91,21 +92,21 @@ static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
 static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
     unsigned j = scan->joint, last_open = scan->last_open_joint,
-             last_closed = scan->last_closed_joint, beyond = chain->count + 2u;
-    uint32_t visits = scan->visits;
+             last_closed = scan->last_closed_joint, beyond = chain->group_count + 2u;
+    uint32_t visits = scan->examined_joints;
     bool ended = false;
     for (; visits < until && !ended; visits++) {
         if (j >= beyond) {
             ended = true;
         } else if (is_closing(scan, chain, j)) {
             last_closed = j++;
-        } else if (last_open && j - last_open < scan->window) {
+        } else if (last_open && j - last_open < scan->window_joints) {
             ended = true;
         } else {
             last_open = j++;
         }
     }
-    scan->visits = visits;
+    scan->examined_joints = visits;
     scan->joint = scan->end_joint = (uint16_t)j;
     scan->last_open_joint = (uint16_t)last_open;
     scan->last_closed_joint = (uint16_t)last_closed;
@@ -117,17 +118,19 @@ static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain, uin
  * allowed. */
 static void scan_present(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
-    unsigned j = scan->joint, beyond = chain->count + 2u, first = scan->start_joint,
-             last_open = scan->last_open_joint, best = scan->found.groups;
-    unsigned stop = beyond < j + (until - scan->visits) ? beyond : j + (until - scan->visits);
-    float most_lb = scan->found.compression_lb, limit_ft = get_closed_limit_ft(chain);
-    scan->visits += stop > j ? stop - j : 1u;
+    unsigned j = scan->joint, beyond = chain->group_count + 2u, first = scan->start_joint,
+             last_open = scan->last_open_joint, best = scan->result.groups;
+    unsigned stop = beyond < j + (until - scan->examined_joints)
+                      ? beyond
+                      : j + (until - scan->examined_joints);
+    float most_lb = scan->result.compression_lb, limit_ft = get_closed_limit_ft(chain);
+    scan->examined_joints += stop > j ? stop - j : 1u;
     for (; j < stop; j++) {
         float press_lb = mr_chain_compression_lb(chain, j);
         most_lb = press_lb > most_lb ? press_lb : most_lb;
         if (mr_chain_opening_ft(chain, j) > limit_ft) {
             /* two open joints are too close, so the zone must begin after the first of them */
-            if (last_open && j - last_open < scan->window)
+            if (last_open && j - last_open < scan->window_joints)
                 first = j - last_open > 1u ? last_open + 1u : 0;
             last_open = j;
             continue;
@@ -135,28 +138,28 @@ static void scan_present(struct mr_zonescan *scan, const struct mr_chain *chain,
         first = first ? first : j;
         if (j - first > best) {
             best = j - first;
-            scan->found.first_joint = (uint16_t)first;
+            scan->result.first_joint = (uint16_t)first;
         }
     }
     scan->joint = (uint16_t)j;
     scan->start_joint = (uint16_t)first;
     scan->last_open_joint = (uint16_t)last_open;
-    scan->found.groups = (uint16_t)best;
-    scan->found.compression_lb = most_lb;
+    scan->result.groups = (uint16_t)best;
+    scan->result.compression_lb = most_lb;
     if (j < beyond)
         return;
     scan->phase = best ? PHASE_SUMS : PHASE_COMPLETE;
-    scan->joint = scan->found.first_joint;
+    scan->joint = scan->result.first_joint;
 }
 
 /* Sums the openings and counts the closed joints of the zone that was found. */
 static void sum_openings(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
-    struct mr_zonescan_result *found = &scan->found;
+    struct mr_zonescan_result *found = &scan->result;
     unsigned j = scan->joint, beyond = found->first_joint + found->groups + 1u;
-    for (; j < beyond && scan->visits < until; j++, scan->visits++) {
+    for (; j < beyond && scan->examined_joints < until; j++, scan->examined_joints++) {
         float opening_ft = mr_chain_opening_ft(chain, j);
-        found->open_ft += opening_ft > 0.0f ? opening_ft : 0.0f;
+        found->opening_sum_ft += opening_ft > 0.0f ? opening_ft : 0.0f;
         found->closed_joints =
             (uint16_t)(found->closed_joints + !(opening_ft > get_closed_limit_ft(chain)));
     }
@@ -167,8 +170,8 @@ static void sum_openings(struct mr_zonescan *scan, const struct mr_chain *chain,
 
 bool mr_zonescan_continue(struct mr_zonescan *scan, const struct mr_chain *chain, unsigned visits)
 {
-    uint32_t until = scan->visits + visits;
-    while (scan->phase != PHASE_COMPLETE && scan->visits < until) {
+    uint32_t until = scan->examined_joints + visits;
+    while (scan->phase != PHASE_COMPLETE && scan->examined_joints < until) {
         if (scan->phase == PHASE_FUTURE_START)
             find_start(scan, chain);
         else if (scan->phase == PHASE_FUTURE_END)

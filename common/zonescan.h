@@ -30,7 +30,7 @@
 /* Range of the search. */
 struct mr_zonescan_range {
     /* joint from which the present zone is searched; above count + 1: no search */
-    uint16_t from_joint;
+    uint16_t search_start_joint;
     uint16_t position; /* group under the wheel */
     /* last position, in steps of MR_ZONE_STRIDE_GROUPS from `position`; below `position`: none */
     uint16_t last_position;
@@ -43,23 +43,23 @@ struct mr_zonescan_result {
     /* longest present zone, from joint first_joint to joint first_joint + groups; groups 0: none */
     uint16_t groups, first_joint;
     uint16_t closed_joints; /* closed joints in the zone */
-    float open_ft;          /* sum of the openings in the zone */
-    float compression_lb;   /* largest compression of any joint from `from_joint` on */
+    float opening_sum_ft;   /* sum of the openings in the zone */
+    float compression_lb;   /* largest compression of any joint from `search_start_joint` on */
     /* longest future zone, and the wheel's position when it forms; 0: none */
     uint16_t future_groups, future_position;
 };
 
 struct mr_zonescan {
     struct mr_zonescan_range range;
-    struct mr_zonescan_result found; /* results so far; the future zone is searched for first */
+    struct mr_zonescan_result result; /* results so far; the future zone is searched for first */
     uint8_t phase;
-    uint16_t joint, window;
+    uint16_t joint, window_joints;
     /* first joint of the zone for this and for the previous position, or of the present zone; 0:
      * none */
     uint16_t start_joint, previous_start_joint;
     /* joint that ends the zone; last open and closed joint before it */
     uint16_t end_joint, last_open_joint, last_closed_joint;
-    uint32_t visits; /* number of joints examined */
+    uint32_t examined_joints; /* number of joints examined */
 };
 
 /* Begins a search; `range` is copied. */

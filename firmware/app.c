@@ -73,8 +73,8 @@ void app_apply_configuration(struct app *app)
     zero_reset();
     channels_on_zero_measured(&app->channels, UINT32_MAX, 0);
     slowlog_reset(&app->slowlog);
-    app->fitted = config_fitted_channels();
-    board_scans_configure(app->fitted);
+    app->fitted_channels = config_fitted_channels();
+    board_scans_configure(app->fitted_channels);
     for (unsigned i = 0; i < 4; i++)
         clear_history_row(app, i);
     app->consecutive_blocks = 0;
@@ -91,7 +91,7 @@ void app_apply_configuration(struct app *app)
 static void update_key_message(struct app *app)
 {
     app->telemetry.bus_key = (struct mr_bus_key){.state = (uint8_t)app->keystore.state,
-                                                 .refused = app->proof.refused,
+                                                 .refused = app->proof.refused_count,
                                                  .changes = app->keystore.change_number};
 }
 
@@ -135,14 +135,14 @@ static void report_blocks_before_arming(struct app *app)
            app->consecutive_blocks > app->next_index - first)
         first--;
     for (; first != app->next_index; first++) {
-        landinglink_send_block(&app->telemetry, &app->newest_blocks[first % APP_NEWEST_BLOCKS]);
-        blackbox_on_block(&app->box, &app->newest_blocks[first % APP_NEWEST_BLOCKS]);
+        landinglink_send_block(&app->telemetry, &app->recent_blocks[first % APP_NEWEST_BLOCKS]);
+        blackbox_on_block(&app->box, &app->recent_blocks[first % APP_NEWEST_BLOCKS]);
     }
 }
 
 static bool is_channel_fitted(const struct app *app, unsigned channel)
 {
-    return app->fitted >> channel & 1u;
+    return app->fitted_channels >> channel & 1u;
 }
 
 /* Converts the readings of a block. Values of channels that are not fitted stay NaN. */
@@ -173,7 +173,7 @@ static bool is_reported_while_idle(uint32_t index)
 static void read_blocks_before_arming(struct app *app)
 {
     for (unsigned age = 1; age < APP_BLOCKS_BEFORE_ARMING && age <= app->consecutive_blocks; age++)
-        read_channels(app, &app->newest_blocks[(app->next_index - age) % APP_NEWEST_BLOCKS]);
+        read_channels(app, &app->recent_blocks[(app->next_index - age) % APP_NEWEST_BLOCKS]);
 }
 
 static enum mr_status execute_arm(struct app *app, const struct mr_command *command)
@@ -206,7 +206,7 @@ static enum mr_status execute_arm(struct app *app, const struct mr_command *comm
         boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
         landinglink_send_state(&app->telemetry, &app->landing);
         predict_arm(&app->predict, &app->telemetry, app->slack_in, app->next_index);
-        predict_store_in_box(&app->predict, &app->telemetry, app->runwaystore.copy);
+        predict_store_in_box(&app->predict, &app->telemetry, app->runwaystore.copy_state);
         report_blocks_before_arming(app);
         configround_start_burst(&app->telemetry, &app->landing);
     }
@@ -584,18 +584,19 @@ static void process_block(struct app *app, const struct mr_block *block)
         baseline_update(&app->baseline, app->displacement_in[row],
                         landing_is_quiet(&app->landing, block->index),
                         predict_find_frozen_zeros(&app->predict.predictor, &app->landing));
-    if (app->fitted & MR_BITS_TRANSDUCERS &&
+    if (app->fitted_channels & MR_BITS_TRANSDUCERS &&
         (recording ? DUE(DISPLACEMENTS, block->index) : DUE(DISPLACEMENTS_IDLE, block->index))) {
         float mean_in[MR_TRANSDUCERS];
         compute_mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, row, APP_DISPLACEMENT_BLOCKS,
                              mean_in);
-        landinglink_send_displacements(&app->telemetry, mean_in, app->fitted, block->index);
+        landinglink_send_displacements(&app->telemetry, mean_in, app->fitted_channels,
+                                       block->index);
     }
-    if (app->fitted & MR_BITS_GAGES &&
+    if (app->fitted_channels & MR_BITS_GAGES &&
         (recording ? DUE(TENSIONS, block->index) : DUE(TENSIONS_IDLE, block->index))) {
         float mean_lb[MR_GAGES];
         compute_mean_of_last(app->tension_lb[0], MR_GAGES, row, APP_TENSION_BLOCKS, mean_lb);
-        landinglink_send_tensions(&app->telemetry, mean_lb, app->fitted >> MR_TRANSDUCERS,
+        landinglink_send_tensions(&app->telemetry, mean_lb, app->fitted_channels >> MR_TRANSDUCERS,
                                   block->index);
         bandwatch_on_tensions(&app->bandwatch, &app->telemetry, &app->landing, mean_lb, block);
     }
@@ -611,7 +612,7 @@ static void process_block(struct app *app, const struct mr_block *block)
     tasks_done(MR_TASK_TELEMETRY);
 
     tasks_begin(MR_TASK_PREDICTOR);
-    predict_send_regular(&app->predict, &app->telemetry, app->runwaystore.copy, block->index);
+    predict_send_regular(&app->predict, &app->telemetry, app->runwaystore.copy_state, block->index);
     predict_on_block(&app->predict, &app->telemetry, &app->landing,
                      &(struct predict_block){.index = block->index,
                                              .tick = block->tick,
@@ -638,10 +639,10 @@ static void count_lost_blocks(struct app *app, uint32_t next_index)
  * block is ready. */
 static struct mr_block *fetch_block(struct app *app)
 {
-    struct mr_block *expected = &app->newest_blocks[app->next_index % APP_NEWEST_BLOCKS];
+    struct mr_block *expected = &app->recent_blocks[app->next_index % APP_NEWEST_BLOCKS];
     if (!board_block_get(expected))
         return NULL;
-    struct mr_block *block = &app->newest_blocks[expected->index % APP_NEWEST_BLOCKS];
+    struct mr_block *block = &app->recent_blocks[expected->index % APP_NEWEST_BLOCKS];
     if (block != expected) /* blocks between these two are missing */
         *block = *expected;
     return block;

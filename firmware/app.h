@@ -42,14 +42,14 @@ struct app {
     struct landing landing;
     struct telemetry telemetry;
     struct mr_deframer deframer;
-    uint32_t next_index;    /* index of the next expected block */
-    uint32_t fitted;        /* bit c: channel c is fitted */
-    uint16_t can_base;      /* current base of the identifiers */
-    bool is_sent_by_serial; /* the command being executed was received by serial */
-    bool is_replay;         /* the command replay was accepted */
+    uint32_t next_index;      /* index of the next expected block */
+    uint32_t fitted_channels; /* bit c: channel c is fitted */
+    uint16_t can_base;        /* current base of the identifiers */
+    bool is_sent_by_serial;   /* the command being executed was received by serial */
+    bool is_replay;           /* the command replay was accepted */
 
     /* the block with index i is at i modulo APP_NEWEST_BLOCKS */
-    struct mr_block newest_blocks[APP_NEWEST_BLOCKS];
+    struct mr_block recent_blocks[APP_NEWEST_BLOCKS];
     uint32_t consecutive_blocks; /* number of consecutive blocks up to the newest one */
 
     /* Readings of the newest block and of the three before it, NaN for a lost block. A message

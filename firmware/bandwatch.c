@@ -17,8 +17,9 @@ static void report_findings(const struct mr_bands *bands, struct telemetry *tele
     for (unsigned i = 0; i < bands->finding_count; i++) {
         const struct mr_band_finding *finding = &bands->finding[i];
         TELEMETRY_SEND(telemetry, TO_RECORD, band_event, BAND_EVENT, .band = finding->band,
-                       .gage = finding->gage, .reason = finding->reason, .other = finding->other,
-                       .value_lb = finding->value_lb, .at_block16 = (uint16_t)finding->block);
+                       .gage = finding->gage, .reason = finding->reason,
+                       .other = finding->other_gage, .value_lb = finding->value_lb,
+                       .at_block16 = (uint16_t)finding->block);
     }
 }
 
@@ -72,11 +73,11 @@ void bandwatch_end(struct bandwatch *watch, struct telemetry *telemetry)
     mr_bands_end(&watch->bands);
     for (unsigned b = 0; b < MR_CONFIG_BANDS; b++) {
         uint8_t band = (uint8_t)(b + 1);
-        if (!watch->bands.band[b].gages)
+        if (!watch->bands.band[b].gage_count)
             continue;
         mr_bands_get_summary(&watch->bands, b, &f);
         TELEMETRY_SEND(telemetry, TO_RECORD, band_before, BAND_BEFORE, .band = band,
-                       .gages = (uint8_t)f.gages, .before_lb = f.before_lb,
+                       .gages = (uint8_t)f.gage_count, .before_lb = f.before_lb,
                        .error_lb = f.before_error_lb, .spread_lb = f.spread_lb);
         TELEMETRY_SEND(telemetry, TO_RECORD, band_least, BAND_LEAST, .band = band,
                        .gage = f.min.gage, .tension_lb = f.min.tension_lb,
@@ -85,7 +86,7 @@ void bandwatch_end(struct bandwatch *watch, struct telemetry *telemetry)
                        .tension_lb = f.max.tension_lb, .error_lb = f.max_error_lb,
                        .at_block16 = (uint16_t)f.max.block);
         TELEMETRY_SEND(telemetry, TO_RECORD, band_after, BAND_AFTER, .band = band,
-                       .gages = (uint8_t)f.gages, .after_lb = f.after_lb, .change_lb = f.change_lb,
-                       .error_lb = f.change_error_lb);
+                       .gages = (uint8_t)f.gage_count, .after_lb = f.after_lb,
+                       .change_lb = f.change_lb, .error_lb = f.change_error_lb);
     }
 }

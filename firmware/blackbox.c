@@ -143,7 +143,7 @@ static void open_page(struct blackbox_writer *writer, uint8_t *page)
     page[MR_BOXPAGE_FIRST_OFFSET] = MR_BOXPAGE_NO_FIRST;
     writer->page = page;
     writer->bit = 0;
-    writer->held = 0;
+    writer->pending_bits = 0;
 }
 
 static void open_ring_page(struct blackbox *box)
@@ -177,8 +177,8 @@ static void close_page(struct blackbox *box, struct blackbox_writer *writer)
     if (writer == &box->stream_writer) {
         box->pages_closed++;
         open_ring_page(box);
-    } else if (++box->config_closed < BLACKBOX_CONFIG_PAGES) {
-        open_page(writer, box->config[box->config_closed]);
+    } else if (++box->config_pages_closed < BLACKBOX_CONFIG_PAGES) {
+        open_page(writer, box->config_pages[box->config_pages_closed]);
     } else {
         box->is_configuring = false;
     }
@@ -194,18 +194,18 @@ static void append_bits(struct blackbox *box, struct blackbox_writer *writer, co
         unsigned n = count < 32 ? (unsigned)count : 32u, held = writer->bit % 32u;
         uint32_t word = mr_get_u32(&bits);
         count -= n;
-        writer->held |= word << held;
+        writer->pending_bits |= word << held;
         writer->bit += n;
         if (held + n < 32)
             continue;
         unsigned end = writer->bit / 32u;
-        mr_put_u32(writer->page + MR_BOXPAGE_HEADER_BYTES + 4u * (end - 1), writer->held);
+        mr_put_u32(writer->page + MR_BOXPAGE_HEADER_BYTES + 4u * (end - 1), writer->pending_bits);
         if (end == MR_BOXPAGE_PAYLOAD_BYTES / 4u) {
             close_page(box, writer);
             writer->bit = held + n - 32;
         }
         /* two shifts: one shift by 32 would be undefined */
-        writer->held = word >> 1 >> (31 - held);
+        writer->pending_bits = word >> 1 >> (31 - held);
     }
 }
 
@@ -269,7 +269,7 @@ void blackbox_record_message(struct blackbox *box, uint16_t id, const uint8_t *p
     if (!box->is_armed || (!is_ring_running(box) && box->state != MR_BOX_RECORDING))
         return;
     if (!has_ring_room(box)) {
-        box->end.messages_lost++;
+        box->end.lost_messages++;
         health_count_fault(MR_FAULT_BOX_LOST, 1);
         return;
     }
@@ -283,8 +283,8 @@ void blackbox_arm(struct blackbox *box, const struct mr_boxpage_start_page *star
     box->is_armed = true;
     box->reading_index = -1;
     box->start = *start;
-    box->config_closed = 1;
-    open_page(&box->config_writer, box->config[1]);
+    box->config_pages_closed = 1;
+    open_page(&box->config_writer, box->config_pages[1]);
     box->config_writer.page[MR_BOXPAGE_FIRST_OFFSET] = 0;
     box->is_configuring = true;
 }
@@ -296,7 +296,8 @@ void blackbox_record_configuration(struct blackbox *box, uint16_t id, const uint
     if (!box->is_configuring)
         return;
     size_t count = mr_pack_message(id, payload, length, bits);
-    unsigned left = (BLACKBOX_CONFIG_PAGES - box->config_closed) * MR_BOXPAGE_PAYLOAD_BYTES * 8u -
+    unsigned left = (BLACKBOX_CONFIG_PAGES - box->config_pages_closed) * MR_BOXPAGE_PAYLOAD_BYTES *
+                        8u -
                     box->config_writer.bit;
     if (count + MR_PACK_TAG_BITS + 32u <= left) {
         /* keep room for the end tag and for the last, incomplete word */
@@ -415,8 +416,8 @@ static void search_last_page(struct blackbox *box)
             mr_boxpage_get_end(box->buffer, &end);
             record->is_complete = true;
             record->first_block = end.first_block;
-            record->blocks = end.blocks;
-            record->lost = end.lost;
+            record->stored_blocks = end.stored_blocks;
+            record->lost_blocks = end.lost_blocks;
         }
     } else if (status == MR_CRC && ++box->tries < READ_TRIES_MAX) {
         begin_read(box, JOB_SCAN_FIND_END, box->job_sector, box->job_page);
@@ -539,8 +540,8 @@ void blackbox_trigger(struct blackbox *box, uint32_t block)
         end_stream(box, &box->config_writer);
     box->is_configuring = false;
     box->start.trigger_block = block;
-    mr_boxpage_put_start(box->config[0], &box->start);
-    box->config_written = 0;
+    mr_boxpage_put_start(box->config_pages[0], &box->start);
+    box->config_pages_written = 0;
     skip_to_key(box);
     box->record_index = (unsigned)place;
     box->records[place] = (struct blackbox_record){.is_used = true,
@@ -571,10 +572,12 @@ static void write_end_page(struct blackbox *box)
         box->pages_closed + 3 - box->pages_written >= BLACKBOX_RING_PAGES)
         return;
     end_stream(box, &box->stream_writer);
-    box->end.blocks = box->is_first_block_pending ? 0 : box->stored_count - box->first_stored_count;
-    box->end.lost = box->is_first_block_pending
-                      ? 0
-                      : box->last_block + 1 - box->end.first_block - box->end.blocks;
+    box->end.stored_blocks = box->is_first_block_pending
+                               ? 0
+                               : box->stored_count - box->first_stored_count;
+    box->end.lost_blocks = box->is_first_block_pending
+                             ? 0
+                             : box->last_block + 1 - box->end.first_block - box->end.stored_blocks;
     mr_boxpage_put_end(box->ring[box->pages_closed % BLACKBOX_RING_PAGES], &box->end);
     box->pages_closed++;
     box->is_end_written = true;
@@ -585,8 +588,8 @@ static void close_record(struct blackbox *box, bool complete)
     struct blackbox_record *record = &box->records[box->record_index];
     record->is_complete = complete;
     record->first_block = box->end.first_block;
-    record->blocks = box->end.blocks;
-    record->lost = box->end.lost;
+    record->stored_blocks = box->end.stored_blocks;
+    record->lost_blocks = box->end.lost_blocks;
     if (record->first_sector == NOR_SECTORS)
         record->is_used = false; /* no page was written, so there is no record */
     box->state = MR_BOX_READY;
@@ -597,8 +600,8 @@ static void close_record(struct blackbox *box, bool complete)
 
 static uint8_t *begin_next_page(struct blackbox *box)
 {
-    if (box->config_written < box->config_closed)
-        return box->config[box->config_written];
+    if (box->config_pages_written < box->config_pages_closed)
+        return box->config_pages[box->config_pages_written];
     return box->pages_written != box->pages_closed
              ? box->ring[box->pages_written % BLACKBOX_RING_PAGES]
              : NULL;
@@ -642,8 +645,8 @@ static void confirm_page(struct blackbox *box)
     }
     box->failures = 0;
     box->next_seq = ++record->next_seq;
-    if (box->config_written < box->config_closed)
-        box->config_written++;
+    if (box->config_pages_written < box->config_pages_closed)
+        box->config_pages_written++;
     else
         box->pages_written++;
     if (++box->write_page == SECTOR_PAGES)

@@ -46,13 +46,13 @@ struct blackbox_record {
     uint16_t record, landing;
     uint16_t first_sector, last_sector;
     uint32_t first_seq, next_seq;
-    uint32_t first_block, blocks, lost;
+    uint32_t first_block, stored_blocks, lost_blocks;
 };
 
 struct blackbox_writer {
     uint8_t *page;
-    unsigned bit;  /* number of the next bit of the payload */
-    uint32_t held; /* bits of the last, incomplete word, which is not in the page yet */
+    unsigned bit;          /* number of the next bit of the payload */
+    uint32_t pending_bits; /* bits of the last, incomplete word, which is not in the page yet */
 };
 
 struct blackbox {
@@ -81,8 +81,8 @@ struct blackbox {
     uint8_t ring[BLACKBOX_RING_PAGES][MR_BOXPAGE_BYTES];
     uint32_t pages_closed;  /* number of closed pages; the page with this number is open */
     uint32_t pages_written; /* number of pages written or dropped */
-    uint8_t config[BLACKBOX_CONFIG_PAGES][MR_BOXPAGE_BYTES];
-    unsigned config_closed, config_written;
+    uint8_t config_pages[BLACKBOX_CONFIG_PAGES][MR_BOXPAGE_BYTES];
+    unsigned config_pages_closed, config_pages_written;
     bool is_configuring;
     struct blackbox_writer stream_writer, config_writer;
     struct mr_boxpage_start_page start;

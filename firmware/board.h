@@ -50,7 +50,7 @@ struct board_restart {
     uint8_t consecutive; /* consecutive restarts, without ten good seconds in between */
     /* too many restarts in a row: the board starts without scans and black box, with the warning
      * output on */
-    bool is_quiet;
+    bool is_safe_mode;
     uint8_t brown_out; /* brown-out level of the option bytes, as in the message restarts */
     uint8_t late_task; /* task that was late before the watchdog reset; 0: none */
     uint32_t late_pc;

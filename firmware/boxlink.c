@@ -84,8 +84,8 @@ static void send_list(struct boxlink *link, const struct blackbox *box, struct t
                                          .pages = clamp_u16(record->next_seq - record->first_seq),
                                          .complete = record->is_complete};
         span = (struct mr_box_span){.first_block = record->first_block,
-                                    .blocks = clamp_u16(record->blocks),
-                                    .lost = clamp_u16(record->lost)};
+                                    .blocks = clamp_u16(record->stored_blocks),
+                                    .lost = clamp_u16(record->lost_blocks)};
     }
     TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, box_record, BOX_RECORD, &message);
     if (message.record) /* 0 marks the end of the list */

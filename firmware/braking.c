@@ -4,7 +4,7 @@
 
 void braking_arm(struct braking *braking)
 {
-    braking->count = 0;
+    braking->pulse_count = 0;
 }
 
 static void report_pulses(struct telemetry *telemetry, uint16_t number, uint32_t tick,
@@ -27,6 +27,6 @@ void braking_on_block(struct braking *braking, struct telemetry *telemetry, stru
     }
     count = pulses_get(&braking->wheel, BOARD_WHEEL_PULSES, config.site[0].wheel_pulses, index,
                        until_tick, ticks);
-    for (size_t i = 0; i < count && recording && braking->count < UINT16_MAX; i++)
-        report_pulses(telemetry, ++braking->count, ticks[i], index);
+    for (size_t i = 0; i < count && recording && braking->pulse_count < UINT16_MAX; i++)
+        report_pulses(telemetry, ++braking->pulse_count, ticks[i], index);
 }

@@ -12,7 +12,7 @@
 
 struct braking {
     struct pulses brake, wheel;
-    uint16_t count; /* number of wheel pulses since arming */
+    uint16_t pulse_count; /* number of wheel pulses since arming */
 };
 
 /* Call when a landing is armed. */

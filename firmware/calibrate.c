@@ -93,14 +93,14 @@ static void add_block(struct calibrate *calibrate, const struct mr_block *block)
         }
         float value = calibrate->command == MR_COMMAND_SHUNT ? reading.value
                                                              : get_channel_code(block, c) * ratio;
-        if (calibrate->count == 0)
+        if (calibrate->block_count == 0)
             *mean = (struct calibrate_mean){.origin = value};
         value -= mean->origin;
         mean->sum += value;
         mean->square_sum += value * value;
-        mean->first_half_sum += calibrate->count < HALF_BLOCKS ? value : 0.0f;
+        mean->first_half_sum += calibrate->block_count < HALF_BLOCKS ? value : 0.0f;
     }
-    calibrate->count++;
+    calibrate->block_count++;
 }
 
 static float get_mean(const struct calibrate_mean *mean)
@@ -186,7 +186,7 @@ static void begin_phase(struct calibrate *calibrate, unsigned phase, uint32_t ne
 {
     calibrate->phase = (uint8_t)phase;
     calibrate->next_block = next_block;
-    calibrate->count = 0;
+    calibrate->block_count = 0;
 }
 
 static void end_phase(struct calibrate *calibrate)
@@ -331,7 +331,7 @@ void calibrate_on_block(struct calibrate *calibrate, struct telemetry *telemetry
     if ((int32_t)(block->index - calibrate->next_block) < 0)
         return;
     add_block(calibrate, block);
-    if (calibrate->count == CALIBRATE_BLOCKS)
+    if (calibrate->block_count == CALIBRATE_BLOCKS)
         continue_phase(calibrate, telemetry, landing, block->index);
 }
 

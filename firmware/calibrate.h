@@ -38,7 +38,7 @@ struct calibrate {
     uint8_t phase;
     uint16_t tag;
     uint32_t start_block, next_block; /* next_block: first block that is used after settling */
-    unsigned count;                   /* number of blocks processed in this phase */
+    unsigned block_count;             /* number of blocks processed in this phase */
     uint32_t invalid_channels;        /* one bit per channel: not valid in at least one block */
     struct calibrate_mean mean[MR_CHANNELS];
     float rest_lb[MR_GAGES], shunted_lb[MR_GAGES],

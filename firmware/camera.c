@@ -6,16 +6,16 @@ enum mr_status camera_trigger(struct camera *camera)
 {
     if (!config.site[0].camera)
         return MR_NOT_NOW;
-    camera->pending_trigger = MR_CAMERA_BY_COMMAND;
+    camera->pending_cause = MR_CAMERA_BY_COMMAND;
     return MR_OK;
 }
 
 void camera_arm(struct camera *camera)
 {
-    camera->frames = 0;
+    camera->frame_count = 0;
     camera->is_station_trigger_done = __builtin_isnan(config.site[0].camera_station_ft);
     if (config.site[0].camera && camera->is_station_trigger_done)
-        camera->pending_trigger = MR_CAMERA_BY_ARMING;
+        camera->pending_cause = MR_CAMERA_BY_ARMING;
 }
 
 static void report_frames(struct camera *camera, struct telemetry *telemetry, uint32_t index,
@@ -25,8 +25,9 @@ static void report_frames(struct camera *camera, struct telemetry *telemetry, ui
     size_t count = pulses_get(&camera->pulses, BOARD_FRAME_PULSES, config.site[0].camera, index,
                               until_tick, ticks);
     for (size_t i = 0; i < count && recording; i++)
-        TELEMETRY_SEND(telemetry, TO_RECORD, film_frame, FILM_FRAME, .number = ++camera->frames,
-                       .tick = ticks[i], .block16 = (uint16_t)index);
+        TELEMETRY_SEND(telemetry, TO_RECORD, film_frame, FILM_FRAME,
+                       .number = ++camera->frame_count, .tick = ticks[i],
+                       .block16 = (uint16_t)index);
 }
 
 /* True if the wheel will be at the camera's station when a pulse sent now would begin, after the
@@ -42,8 +43,8 @@ static void send_trigger(struct camera *camera, struct telemetry *telemetry, uin
 {
     uint32_t tick = board_set_camera_trigger(true);
     TELEMETRY_SEND(telemetry, TO_RECORD, camera, CAMERA, .tick = tick,
-                   .cause = (uint8_t)camera->pending_trigger, .block16 = (uint16_t)index);
-    camera->pending_trigger = 0;
+                   .cause = (uint8_t)camera->pending_cause, .block16 = (uint16_t)index);
+    camera->pending_cause = 0;
     camera->is_high = true;
     camera->high_block = index;
 }
@@ -58,13 +59,13 @@ void camera_on_block(struct camera *camera, struct telemetry *telemetry,
         camera->is_high = false;
     }
     if (!config.site[0].camera) {
-        camera->pending_trigger = 0; /* discard the request: the camera is no longer configured */
+        camera->pending_cause = 0; /* discard the request: the camera is no longer configured */
         return;
     }
     if (!camera->is_station_trigger_done && is_at_station(landing, tick)) {
         camera->is_station_trigger_done = true;
-        camera->pending_trigger = MR_CAMERA_BY_STATION;
+        camera->pending_cause = MR_CAMERA_BY_STATION;
     }
-    if (camera->pending_trigger && !camera->is_high)
+    if (camera->pending_cause && !camera->is_high)
         send_trigger(camera, telemetry, index);
 }

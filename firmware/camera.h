@@ -21,11 +21,11 @@ struct camera {
     /* the trigger at the station has been sent in this landing, or is not configured */
     bool is_station_trigger_done;
     /* cause of the trigger to be sent in the next block (enum mr_camera_cause); 0: none */
-    uint8_t pending_trigger;
+    uint8_t pending_cause;
     bool is_high;
     uint32_t high_block; /* block at which the pulse began */
     struct pulses pulses;
-    uint16_t frames; /* number of frames since arming */
+    uint16_t frame_count; /* number of frames since arming */
 };
 
 /* Executes the trigger command. MR_OK; MR_NOT_NOW: there is no camera. */

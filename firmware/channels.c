@@ -66,7 +66,7 @@ static void report_quality(const struct channels *channels, struct telemetry *te
     struct mr_error_conditions c_now = {
         .value = movement ? value - baseline : value,
         .noise = mr_watch_noise(&channels->watch, c),
-        .averaged = 1.0f,
+        .averaged_blocks = 1.0f,
         .baseline_blocks = movement ? (float)BASELINE_BLOCKS : 0.0f,
         .hours = movement ? 0.0f : (float)(index - channels->zero_block[c]) / BLOCKS_PER_H,
         .reference_error = config.channel[MR_TRANSDUCERS + MR_ADC1_REFERENCE].gain_error,

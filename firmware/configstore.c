@@ -54,7 +54,7 @@ static bool use_copy(struct configstore *store, unsigned copy)
     mr_config_swap_image(store->image, &config);
     if (check_config(&reason) != MR_OK) {
         mr_config_swap_image(store->image, &config);
-        store->copy[copy] = (uint8_t)-MR_LIMIT;
+        store->copy_state[copy] = (uint8_t)-MR_LIMIT;
         return false;
     }
     store->source = copy ? CONFIGSTORE_COPY_B : CONFIGSTORE_COPY_A;
@@ -69,8 +69,8 @@ static uint32_t find_refused_revision(const struct configstore *store)
 {
     uint32_t highest = 0;
     for (unsigned copy = 0; copy < FLASH_COPIES; copy++) {
-        bool whole = store->copy[copy] == (uint8_t)-MR_LIMIT ||
-                     store->copy[copy] == (uint8_t)-MR_VERSION;
+        bool whole = store->copy_state[copy] == (uint8_t)-MR_LIMIT ||
+                     store->copy_state[copy] == (uint8_t)-MR_VERSION;
         if (whole && get_copy_revision(copy) > highest)
             highest = get_copy_revision(copy);
     }
@@ -87,19 +87,20 @@ void configstore_start(struct configstore *store)
     memset(store, 0, sizeof *store);
     config_adapt_to_board(board_input_mask(), board_supply_mv());
     for (unsigned copy = 0; copy < FLASH_COPIES; copy++)
-        store->copy[copy] = check_copy(copy);
-    bool both = store->copy[0] == MR_OK && store->copy[1] == MR_OK;
-    unsigned first = both ? get_copy_revision(1) > get_copy_revision(0) : store->copy[0] != MR_OK;
+        store->copy_state[copy] = check_copy(copy);
+    bool both = store->copy_state[0] == MR_OK && store->copy_state[1] == MR_OK;
+    unsigned first = both ? get_copy_revision(1) > get_copy_revision(0)
+                          : store->copy_state[0] != MR_OK;
     for (unsigned i = 0; i < FLASH_COPIES && store->source == CONFIGSTORE_BUILT_IN; i++) {
-        if (store->copy[(first + i) % FLASH_COPIES] == MR_OK)
+        if (store->copy_state[(first + i) % FLASH_COPIES] == MR_OK)
             use_copy(store, (first + i) % FLASH_COPIES);
     }
     if (store->source == CONFIGSTORE_BUILT_IN) {
         config.site[0].revision = find_refused_revision(store);
         store->crc = mr_config_encode(&config, store->image);
     }
-    unsigned damaged = (is_damaged(store->copy[0]) ? 1u : 0u) |
-                       (is_damaged(store->copy[1]) ? 2u : 0u);
+    unsigned damaged = (is_damaged(store->copy_state[0]) ? 1u : 0u) |
+                       (is_damaged(store->copy_state[1]) ? 2u : 0u);
     if (damaged)
         health_count_fault(
             MR_FAULT_CONFIG,
@@ -110,20 +111,20 @@ struct mr_config_state configstore_get_state(const struct configstore *store)
 {
     return (struct mr_config_state){.revision = config.site[0].revision,
                                     .source = (uint8_t)store->source,
-                                    .copy_a = store->copy[0],
-                                    .copy_b = store->copy[1]};
+                                    .copy_a = store->copy_state[0],
+                                    .copy_b = store->copy_state[1]};
 }
 
 static bool is_received(const struct configstore *store, unsigned word)
 {
-    return store->received[word / 8u] >> (word % 8u) & 1u;
+    return store->received_words[word / 8u] >> (word % 8u) & 1u;
 }
 
 static void report_staged(const struct configstore *store, struct telemetry *telemetry,
                           uint16_t tag, enum mr_config_locked locked)
 {
     struct mr_config_staged staged = {
-        .tag = tag, .words = (uint16_t)store->word_count, .locked = (uint8_t)locked};
+        .tag = tag, .words = (uint16_t)store->staged_word_count, .locked = (uint8_t)locked};
     while (staged.missing < MR_CONFIG_WORDS && is_received(store, staged.missing))
         staged.missing++;
     TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, config_staged, CONFIG_STAGED, &staged);
@@ -136,18 +137,18 @@ void configstore_put_word(struct configstore *store, struct telemetry *telemetry
     if (mr_config_word_get(&word, payload, length) != MR_OK || word.offset >= MR_CONFIG_WORDS)
         return;
     if (!locked && (!store->is_staging || word.tag != store->tag)) {
-        memset(store->received, 0, sizeof store->received);
-        store->word_count = 0;
+        memset(store->received_words, 0, sizeof store->received_words);
+        store->staged_word_count = 0;
         store->tag = word.tag;
         store->is_staging = true;
         store->is_reading = false;
     }
     if (!locked) {
         if (!is_received(store, word.offset))
-            store->word_count++;
+            store->staged_word_count++;
         mr_put_u32(store->image + 4u * word.offset, word.value);
-        store->received[word.offset / 8u] = (uint8_t)(store->received[word.offset / 8u] |
-                                                      1u << (word.offset % 8u));
+        store->received_words[word.offset / 8u] =
+            (uint8_t)(store->received_words[word.offset / 8u] | 1u << (word.offset % 8u));
     }
     if (word.offset % CONFIGSTORE_STAGED_WORDS == CONFIGSTORE_STAGED_WORDS - 1 ||
         word.offset == MR_CONFIG_WORDS - 1)
@@ -189,7 +190,7 @@ enum mr_status configstore_apply(struct configstore *store, struct telemetry *te
 {
     struct mr_config_violation r;
     unsigned copy = store->source == CONFIGSTORE_COPY_A ? 1 : 0;
-    if (!store->is_staging || store->word_count != MR_CONFIG_WORDS)
+    if (!store->is_staging || store->staged_word_count != MR_CONFIG_WORDS)
         return MR_TOO_FEW;
     enum mr_status status = mr_config_check_image(store->image, MR_CONFIG_IMAGE_BYTES);
     if (status == MR_OK && get_word(store->image, MR_CONFIG_WORDS - 1) != crc)
@@ -207,7 +208,7 @@ enum mr_status configstore_apply(struct configstore *store, struct telemetry *te
         return MR_LIMIT;
     }
     bool written = write_copy(store, copy);
-    store->copy[copy] = check_copy(copy);
+    store->copy_state[copy] = check_copy(copy);
     if (!written) {
         health_count_fault(MR_FAULT_CONFIG, (uint8_t)(copy + 1));
         return MR_IO;

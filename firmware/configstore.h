@@ -35,14 +35,14 @@ enum configstore_source { CONFIGSTORE_BUILT_IN, CONFIGSTORE_COPY_A, CONFIGSTORE_
 struct configstore {
     enum configstore_source source; /* source of the active configuration */
     /* state of each copy: negative status of mr_config_check_image, or CONFIGSTORE_BLANK */
-    uint8_t copy[FLASH_COPIES];
+    uint8_t copy_state[FLASH_COPIES];
     uint32_t crc; /* CRC of the active configuration */
 
-    uint8_t image[MR_CONFIG_IMAGE_BYTES];          /* configuration being staged or read out */
-    uint8_t received[(MR_CONFIG_WORDS + 7u) / 8u]; /* one bit per staged word */
+    uint8_t image[MR_CONFIG_IMAGE_BYTES]; /* configuration being staged or read out */
+    uint8_t received_words[(MR_CONFIG_WORDS + 7u) / 8u]; /* one bit per staged word */
     bool is_staging;
-    uint16_t tag;        /* tag of the message that began the staged words */
-    unsigned word_count; /* number of staged words */
+    uint16_t tag;               /* tag of the message that began the staged words */
+    unsigned staged_word_count; /* number of staged words */
     bool is_reading, is_read_by_serial;
     unsigned next_read_word;
 };

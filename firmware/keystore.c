@@ -40,7 +40,7 @@ void keystore_start(struct keystore *store)
 {
     memset(store, 0, sizeof *store);
     store->state = MR_KEY_NOT_READ;
-    store->copy = KEY_COPIES;
+    store->valid_copy = KEY_COPIES;
     store->step = STEP_READ;
 }
 
@@ -63,7 +63,7 @@ static void set_key_state(struct keystore *store, enum mr_key_state state)
     store->state = state;
     store->step = STEP_NONE;
     if (store->has_stale_copy) {
-        store->target_copy = 1u - store->copy;
+        store->target_copy = 1u - store->valid_copy;
         store->step = STEP_WIPE;
     }
     if (state == MR_KEY_DAMAGED)
@@ -74,7 +74,7 @@ static void set_key_state(struct keystore *store, enum mr_key_state state)
 static void use_record(struct keystore *store, unsigned copy)
 {
     const uint8_t *p = store->buffer + 4;
-    store->copy = copy;
+    store->valid_copy = copy;
     store->change_number = mr_get_u32(&p);
     store->start_count = 0;
     store->is_set = mr_get_u32(&p) != 0;
@@ -100,18 +100,19 @@ static void check_copy(struct keystore *store)
     if (!whole && ++store->tries < TRIES_MAX)
         return;
     store->tries = 0;
-    store->has_stale_copy = whole && store->copy != KEY_COPIES;
-    if (whole && (store->copy == KEY_COPIES || mr_get_u32(&p) > store->change_number))
+    store->has_stale_copy = whole && store->valid_copy != KEY_COPIES;
+    if (whole && (store->valid_copy == KEY_COPIES || mr_get_u32(&p) > store->change_number))
         use_record(store, store->target_copy);
     if (++store->target_copy < KEY_COPIES)
         return;
-    store->target_copy = store->copy;
+    store->target_copy = store->valid_copy;
     store->page = 1;
     if (store->is_set)
         store->step = STEP_COUNT;
     else
-        set_key_state(store, store->has_damaged_copy && store->copy == KEY_COPIES ? MR_KEY_DAMAGED
-                                                                                  : MR_KEY_OPEN);
+        set_key_state(store, store->has_damaged_copy && store->valid_copy == KEY_COPIES
+                                 ? MR_KEY_DAMAGED
+                                 : MR_KEY_OPEN);
 }
 
 /* Counts the starts: finds the last bit that is 0. A bit whose programming was interrupted by a
@@ -313,7 +314,7 @@ enum mr_status keystore_execute(struct keystore *store, const struct mr_command 
         return MR_CRC;
     store->answer = (struct mr_ack){.code = command->code, .tag = command->tag};
     store->has_answer = false;
-    store->target_copy = store->copy == 0 ? 1 : 0;
+    store->target_copy = store->valid_copy == 0 ? 1 : 0;
     store->tries = 0;
     store->step = STEP_ERASE;
     return MR_OK;

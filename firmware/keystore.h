@@ -29,8 +29,8 @@ struct keystore {
     uint8_t received_words;           /* bit n: word n has been received */
     uint16_t tag;
 
-    bool is_set;   /* the valid copy contains a key */
-    unsigned copy; /* the valid copy; KEY_COPIES: none */
+    bool is_set;         /* the valid copy contains a key */
+    unsigned valid_copy; /* the valid copy; KEY_COPIES: none */
     unsigned step, target_copy, page, tries;
     bool is_in_progress;   /* the memory is executing an operation of this module */
     bool has_damaged_copy; /* a copy is damaged */

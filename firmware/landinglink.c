@@ -25,7 +25,8 @@ static void send_series(struct telemetry *telemetry, enum mr_series_number serie
     uint8_t payload[MR_MESSAGE_BYTES_MAX];
     for (unsigned i = 0; i < MR_SERIES_PACK_COUNT; i++) {
         const struct mr_series_pack *pack = mr_series_pack_at(i);
-        if (pack->series == series && has_any_channel(fitted, pack->first - 1u, pack->count))
+        if (pack->series == series &&
+            has_any_channel(fitted, pack->first_reading - 1u, pack->reading_count))
             telemetry_send(telemetry, TO_CAN, pack->id, payload,
                            mr_series_pack_put(pack, readings, index, payload));
     }
@@ -54,9 +55,9 @@ static void report_pushback(struct telemetry *telemetry, const struct landing *l
                             uint32_t index)
 {
     const struct mr_passage *passage = &landing->passage;
-    TELEMETRY_SEND(telemetry, TO_RECORD, pushback, PUSHBACK, .count = passage->pushbacks,
-                   .position = passage->pushed_position, .state = (uint8_t)landing->state,
-                   .speed_ft_s = (float)passage->pushed_ft_s, .block16 = (uint16_t)index);
+    TELEMETRY_SEND(telemetry, TO_RECORD, pushback, PUSHBACK, .count = passage->pushback_count,
+                   .position = passage->pushback_position, .state = (uint8_t)landing->state,
+                   .speed_ft_s = (float)passage->pushback_speed_ft_s, .block16 = (uint16_t)index);
 }
 
 /* Returns the standard error including that of the clock, which affects a speed once and a
@@ -100,15 +101,15 @@ void landinglink_send_summary(struct telemetry *telemetry, const struct mr_gates
         telemetry, TO_RECORD, stop, STOP, .station_ft = (float)summary->stop_station_ft.value,
         .station_error_ft = (float)summary->stop_station_ft.error,
         .after_touchdown_s = (float)(summary->stop_t_s.value - summary->touchdown_t_s.value),
-        .switches = (uint8_t)summary->count, .used = (uint8_t)summary->used_for_stop);
+        .switches = (uint8_t)summary->gate_count, .used = (uint8_t)summary->gates_used_for_stop);
 }
 
 void landinglink_send_changes(struct telemetry *telemetry, const struct landing *landing,
                               const struct landing_block_changes *changes, uint32_t index)
 {
-    for (unsigned i = 0; i < changes->edges; i++)
+    for (unsigned i = 0; i < changes->edge_count; i++)
         TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, edge, EDGE, &landing->edge[i]);
-    for (unsigned i = 0; i < changes->events; i++)
+    for (unsigned i = 0; i < changes->event_count; i++)
         TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, switch_event, SWITCH_EVENT,
                                &landing->event[i]);
     if (changes->has_new_pushback)

@@ -53,11 +53,11 @@ static void report_zone(const struct predict *p, struct telemetry *telemetry, ui
     struct predict_report report;
     predict_fill_report(&p->predictor, &p->zone, p->is_warning, index, &report);
     TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone, ZONE, &report.zone);
-    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_lead, ZONE_LEAD, &report.lead);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_lead, ZONE_LEAD, &report.zone_lead);
     if (report.zone.mats)
-        TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_error, ZONE_ERROR, &report.error);
-    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_coming, ZONE_COMING, &report.coming);
-    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_press, ZONE_PRESS, &report.press);
+        TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_error, ZONE_ERROR, &report.zone_error);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_coming, ZONE_COMING, &report.zone_coming);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_press, ZONE_PRESS, &report.zone_press);
     TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, verdict, VERDICT, &report.verdict);
     predict_fill_risk_report(&p->risk_report, index, &report);
     TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, risk, RISK, &report.risk);
@@ -76,7 +76,7 @@ static void report_trust(struct predict *p, struct telemetry *telemetry, uint32_
 {
     uint32_t blocks = index - p->trust_block, updates = p->predictor.updates - p->updates;
     TELEMETRY_SEND(telemetry, TO_RECORD, trust, TRUST, .doubts = (uint16_t)p->reported_doubts,
-                   .resistance = p->predictor.scale,
+                   .resistance = p->predictor.resistance_scale,
                    .updates = blocks ? (float)updates / (float)blocks : 0.0f,
                    .block16 = (uint16_t)index);
     p->trust_block = index;
@@ -108,7 +108,7 @@ static void predict_and_report(struct predict *p, struct telemetry *telemetry,
 static void report_runway(const struct predict *p, struct telemetry *telemetry, unsigned sinks)
 {
     TELEMETRY_SEND(telemetry, sinks, runway, RUNWAY, .mats = p->state.mats,
-                   .landings = p->state.landings, .resistance = p->state.scale);
+                   .landings = p->state.landing_count, .resistance = p->state.resistance_scale);
 }
 
 static void report_store(const struct predict *p, struct telemetry *telemetry, unsigned sinks,
@@ -316,7 +316,7 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
                                              .critical_lb = p->zone.critical_lb,
                                              .lead_s = MR_NAN,
                                              .distance_ft = MR_NAN,
-                                             .future_ft = MR_NAN};
+                                             .future_wheel_ft = MR_NAN};
         p->is_warning = false;
         board_set_warning(false);
         p->risk_report = (struct mr_risk_report){.risk = MR_NAN,
@@ -374,7 +374,7 @@ static enum mr_status activate_chart(struct predict *p, uint32_t crc)
     enum mr_status status = right ? mr_risk_plan_check(&p->staged_plan) : MR_CRC;
     /* refuse a chart that was made for another state of the runway */
     if (status == MR_OK && !__builtin_isnan(p->staged_plan.chart_deceleration_ft_s2[0]) &&
-        p->staged_plan.landings != (float)p->predictor.landings)
+        p->staged_plan.landing_count != (float)p->predictor.landing_count)
         status = MR_VERSION;
     if (status == MR_OK) {
         p->plan = p->staged_plan;

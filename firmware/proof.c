@@ -26,7 +26,7 @@ static bool is_equal(const uint8_t *a, const uint8_t *b)
 static void renew_nonce(struct proof *proof, const struct keystore *store,
                         struct telemetry *telemetry)
 {
-    const uint32_t numbers[3] = {store->change_number, store->start_count, ++proof->nonces};
+    const uint32_t numbers[3] = {store->change_number, store->start_count, ++proof->nonce_count};
     const uint8_t *p = proof->nonce;
     proof->link[0].is_received = proof->link[1].is_received = false;
     proof->is_nonce_valid = store->state == MR_KEY_SET;
@@ -56,8 +56,8 @@ enum mr_status proof_check(struct proof *proof, const struct keystore *store,
         renew_nonce(proof, store, telemetry);
         return MR_OK;
     }
-    if (proof->refused < UINT16_MAX)
-        proof->refused++;
+    if (proof->refused_count < UINT16_MAX)
+        proof->refused_count++;
     if (++proof->link[by_serial].failures == PROOF_FAILURES_MAX) {
         proof->link[by_serial].failures = 0;
         proof->link[by_serial].lock_seconds = PROOF_LOCK_SECONDS;

@@ -19,9 +19,9 @@
 
 struct proof {
     uint8_t nonce[MR_PROOF_BYTES];
-    bool is_nonce_valid; /* the nonce may be used */
-    uint32_t nonces;     /* number of nonces since start */
-    uint16_t refused;    /* number of wrong proofs */
+    bool is_nonce_valid;    /* the nonce may be used */
+    uint32_t nonce_count;   /* number of nonces since start */
+    uint16_t refused_count; /* number of wrong proofs */
     struct {
         uint8_t proof[MR_PROOF_BYTES];
         bool is_received;

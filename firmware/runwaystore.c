@@ -26,18 +26,18 @@ static unsigned get_page_length(unsigned page)
 void runwaystore_start(struct runwaystore *store)
 {
     memset(store, 0, sizeof *store);
-    memset(store->copy, (int)RUNWAYSTORE_NOT_READ, sizeof store->copy);
+    memset(store->copy_state, (int)RUNWAYSTORE_NOT_READ, sizeof store->copy_state);
     store->step = STEP_READ;
 }
 
 void runwaystore_set_memory(struct runwaystore *store, bool memory)
 {
-    if (memory == !store->is_missing)
+    if (memory == !store->has_no_memory)
         return;
     runwaystore_start(store);
-    store->is_missing = !memory;
+    store->has_no_memory = !memory;
     if (!memory)
-        memset(store->copy, (int)RUNWAYSTORE_NO_MEMORY, sizeof store->copy);
+        memset(store->copy_state, (int)RUNWAYSTORE_NO_MEMORY, sizeof store->copy_state);
 }
 
 static bool is_damaged(uint8_t copy)
@@ -48,7 +48,7 @@ static bool is_damaged(uint8_t copy)
 /* Returns the newest intact copy; RUNWAY_COPIES if there is none. */
 static unsigned find_newest_copy(const struct runwaystore *store)
 {
-    bool a = store->copy[0] == MR_OK, b = store->copy[1] == MR_OK;
+    bool a = store->copy_state[0] == MR_OK, b = store->copy_state[1] == MR_OK;
     if (a && b)
         return (int32_t)(store->sequence[1] - store->sequence[0]) > 0 ? 1 : 0;
     return a ? 0 : b ? 1 : RUNWAY_COPIES;
@@ -62,11 +62,11 @@ static void check_copy(struct runwaystore *store, struct predict *predict)
     struct mr_predictor_state *state = &predict->state;
     enum mr_status status = mr_runway_decode(state, &store->sequence[store->step_copy],
                                              store->image);
-    store->copy[store->step_copy] = mr_is_blank(store->image, MR_RUNWAY_IMAGE_BYTES)
-                                      ? RUNWAYSTORE_BLANK
-                                      : (uint8_t)-status;
+    store->copy_state[store->step_copy] = mr_is_blank(store->image, MR_RUNWAY_IMAGE_BYTES)
+                                            ? RUNWAYSTORE_BLANK
+                                            : (uint8_t)-status;
     store->page = 0;
-    if (is_damaged(store->copy[store->step_copy]) && ++store->tries < TRIES_MAX)
+    if (is_damaged(store->copy_state[store->step_copy]) && ++store->tries < TRIES_MAX)
         return;
     store->tries = 0;
     if (++store->step_copy < RUNWAY_COPIES)
@@ -77,7 +77,7 @@ static void check_copy(struct runwaystore *store, struct predict *predict)
         return;
     store->step = STEP_NONE;
     store->is_loaded = true;
-    if (is_damaged(store->copy[0]) || is_damaged(store->copy[1]))
+    if (is_damaged(store->copy_state[0]) || is_damaged(store->copy_state[1]))
         health_count_fault(MR_FAULT_NOR_FAILED, RUNWAYSTORE_FAULT_DETAIL);
 }
 
@@ -90,7 +90,7 @@ static void load_newest(struct runwaystore *store, struct predict *predict, cons
         status = predict_load(predict, store->step_copy ? MR_RUNWAY_COPY_B : MR_RUNWAY_COPY_A,
                               slack_in);
     if (status != MR_OK)
-        store->copy[store->step_copy] = (uint8_t)-status;
+        store->copy_state[store->step_copy] = (uint8_t)-status;
     store->step = STEP_NONE;
     store->is_loaded = true;
 }
@@ -110,7 +110,7 @@ static void next_page(struct runwaystore *store)
 
 static void end_writing(struct runwaystore *store, struct predict *predict, bool holds)
 {
-    store->copy[store->step_copy] = holds ? (uint8_t)MR_OK : (uint8_t)-MR_IO;
+    store->copy_state[store->step_copy] = holds ? (uint8_t)MR_OK : (uint8_t)-MR_IO;
     if (!holds && ++store->tries < TRIES_MAX) {
         store->step = STEP_ERASE;
         store->page = 0;
@@ -168,7 +168,7 @@ static void begin_writing(struct runwaystore *store, struct predict *predict)
     uint32_t sequence = last < RUNWAY_COPIES ? store->sequence[last] + 1u : 1u;
     store->step_copy = last == 0 ? 1 : 0;
     store->sequence[store->step_copy] = sequence;
-    store->copy[store->step_copy] = RUNWAYSTORE_BLANK;
+    store->copy_state[store->step_copy] = RUNWAYSTORE_BLANK;
     store->step = STEP_ERASE;
     store->page = 0;
     store->tries = 0;
@@ -196,7 +196,7 @@ bool runwaystore_begin(struct runwaystore *store, struct predict *predict, bool 
                        uint32_t now_ms)
 {
     bool writing = store->step >= STEP_ERASE;
-    if (store->is_missing || predict->status != MR_OK)
+    if (store->has_no_memory || predict->status != MR_OK)
         return false;
     /* stop writing this copy: the next one is written when the board is idle again, with the state
      * of that time */
@@ -218,5 +218,5 @@ bool runwaystore_is_erasing(const struct runwaystore *store)
 
 bool runwaystore_is_loaded(const struct runwaystore *store)
 {
-    return store->is_loaded || store->is_missing;
+    return store->is_loaded || store->has_no_memory;
 }

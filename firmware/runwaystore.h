@@ -25,10 +25,10 @@
 #define RUNWAYSTORE_NOT_READ     253u
 
 struct runwaystore {
-    /* is_missing: there is no memory, or none is configured; is_loaded: the stored runway, if any,
-     * has been loaded */
-    bool is_missing, is_loaded;
-    uint8_t copy[RUNWAY_COPIES]; /* states of the copies, as in the message runway_store */
+    /* has_no_memory: there is no memory, or none is configured; is_loaded: the stored runway, if
+     * any, has been loaded */
+    bool has_no_memory, is_loaded;
+    uint8_t copy_state[RUNWAY_COPIES]; /* states of the copies, as in the message runway_store */
     uint32_t sequence[RUNWAY_COPIES];
     unsigned step, step_copy, tries; /* step in progress, and the copy that it reads or writes */
     unsigned page;

@@ -9,7 +9,7 @@
 
 void slowlog_reset(struct slowlog *log)
 {
-    log->blocks = 0;
+    log->block_count = 0;
     memset(log->sum, 0, sizeof log->sum);
     memset(log->count, 0, sizeof log->count);
 }
@@ -41,7 +41,7 @@ static void send_tensions(struct slowlog *log, struct telemetry *telemetry)
 static void make_row(struct slowlog *log, struct telemetry *telemetry, uint32_t index,
                      float temperature_c)
 {
-    unsigned least = log->blocks / 2 > READINGS_MIN ? log->blocks / 2 : READINGS_MIN;
+    unsigned least = log->block_count / 2 > READINGS_MIN ? log->block_count / 2 : READINGS_MIN;
     for (unsigned i = 0; i < MR_GAGES; i++)
         log->tension_lb[i] = log->count[i] >= least ? log->sum[i] / (float)log->count[i] : MR_NAN;
     log->unsent_gages = MR_GAGES;
@@ -54,9 +54,9 @@ void slowlog_on_block(struct slowlog *log, struct telemetry *telemetry, uint32_t
 {
     if (log->unsent_gages)
         send_tensions(log, telemetry);
-    if (!log->is_begun)
+    if (!log->has_started)
         log->due_block = find_next_row_block(index);
-    log->is_begun = true;
+    log->has_started = true;
     if (!is_at_or_after(index, log->due_block - SLOWLOG_MEAN_BLOCKS))
         return;
     if (!quiet) { /* begin again after the landing */
@@ -64,7 +64,7 @@ void slowlog_on_block(struct slowlog *log, struct telemetry *telemetry, uint32_t
         log->due_block = index + SLOWLOG_MEAN_BLOCKS;
         return;
     }
-    log->blocks++;
+    log->block_count++;
     for (unsigned i = 0; i < MR_GAGES; i++) {
         if (__builtin_isnan(tension_lb[i]))
             continue;

@@ -13,9 +13,9 @@
 
 /* Initialise it with zeros. */
 struct slowlog {
-    bool is_begun;
+    bool has_started;
     uint32_t due_block;
-    unsigned blocks;
+    unsigned block_count;
     float sum[MR_GAGES];
     uint16_t count[MR_GAGES];
     float tension_lb[MR_GAGES]; /* tensions of the newest row; NaN: missing */

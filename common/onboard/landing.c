@@ -33,8 +33,8 @@ enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t bl
     landing->is_live = false;
     landing->number = number ? number : (uint16_t)(landing->number + 1);
     reset_passage(landing);
-    landing->edges = 0;
-    landing->opened = 0;
+    landing->edge_count = 0;
+    landing->opened_mask = 0;
     landing->gates_before_braking = 0;
     landing->is_braked = false;
     landing->is_motion_known = false;
@@ -79,8 +79,8 @@ static bool is_reporting_edges(const struct landing *landing)
 static void add_switch_event(struct landing *landing, uint8_t count, uint8_t position,
                              enum mr_switch_reason reason, float late_ms, uint32_t block)
 {
-    if (is_reporting_edges(landing) && landing->changes.events < LANDING_EVENTS_MAX)
-        landing->event[landing->changes.events++] =
+    if (is_reporting_edges(landing) && landing->changes.event_count < LANDING_EVENTS_MAX)
+        landing->event[landing->changes.event_count++] =
             (struct mr_switch_event){.count = count,
                                      .position = position,
                                      .reason = (uint8_t)reason,
@@ -91,7 +91,7 @@ static void add_switch_event(struct landing *landing, uint8_t count, uint8_t pos
 static void add_passage_events(struct landing *landing, uint32_t block)
 {
     const struct mr_passage *passage = &landing->passage;
-    for (unsigned i = 0; i < passage->events; i++) {
+    for (unsigned i = 0; i < passage->event_count; i++) {
         const struct mr_passage_event *note = &passage->event[i];
         add_switch_event(landing, note->number, note->position, (enum mr_switch_reason)note->reason,
                          MR_NAN, block);
@@ -111,7 +111,7 @@ void landing_set_brake(struct landing *landing, uint32_t tick)
 static bool is_gate_before_brake(const struct landing *landing, const struct mr_gate *gate)
 {
     const struct mr_passage *passage = &landing->passage;
-    double brake_s = (double)(int32_t)(landing->brake_tick - passage->source[0].tick) *
+    double brake_s = (double)(int32_t)(landing->brake_tick - passage->gate_edge[0].tick) *
                      MR_S_PER_TICK;
     return landing->is_braked && gate->t_s < brake_s + MR_BRAKE_DELAY_S;
 }
@@ -122,19 +122,19 @@ static void estimate_motion(struct landing *landing, const struct mr_config *con
     /* Gates that were passed before braking (at touchdown or at the edge of the brake) do not fit
      * the parabola. Use them only until two later gates have opened. */
     landing->gates_before_braking = 0;
-    while (landing->gates_before_braking < passage->gates) {
+    while (landing->gates_before_braking < passage->gate_count) {
         const struct mr_gate *gate = &passage->gate[landing->gates_before_braking];
         if (gate->station_ft >= (double)config->site[0].touchdown_ft &&
             !is_gate_before_brake(landing, gate))
             break;
         landing->gates_before_braking++;
     }
-    unsigned skip = passage->gates >= landing->gates_before_braking + 2
+    unsigned skip = passage->gate_count >= landing->gates_before_braking + 2
                       ? landing->gates_before_braking
                       : 0;
-    landing->is_motion_known = mr_gates_latest_motion(passage->gate + skip, passage->gates - skip,
-                                                      (double)config->site[0].switch_error_ft,
-                                                      &landing->motion) == MR_OK;
+    landing->is_motion_known =
+        mr_gates_latest_motion(passage->gate + skip, passage->gate_count - skip,
+                               (double)config->site[0].switch_error_ft, &landing->motion) == MR_OK;
 }
 
 /* Assigns an edge of an identified switch to a landing, to a push-back, or to neither. */
@@ -179,11 +179,11 @@ static void handle_edge(struct landing *landing, const struct mr_config *config,
     if (landing->passage.state == MR_PASSAGE_ROLLING && landing_is_recording(landing) &&
         index - landing->first_block >= LANDING_MAX_BLOCKS)
         counts = false;
-    if (landing->edges < UINT8_MAX)
-        landing->edges++;
-    uint8_t number = (uint8_t)landing->edges;
-    if (is_reporting_edges(landing) && landing->changes.edges < MR_SWITCHES_WAITING_MAX)
-        landing->edge[landing->changes.edges++] =
+    if (landing->edge_count < UINT8_MAX)
+        landing->edge_count++;
+    uint8_t number = (uint8_t)landing->edge_count;
+    if (is_reporting_edges(landing) && landing->changes.edge_count < MR_SWITCHES_WAITING_MAX)
+        landing->edge[landing->changes.edge_count++] =
             (struct mr_edge){.tick = edge->tick,
                              .position = counts ? edge->position : 0,
                              .count = number,
@@ -210,7 +210,7 @@ static void handle_edges(struct landing *landing, const struct mr_config *config
             landing->edges_without_pause++;
         landing->edge_block = index;
     }
-    if (!landing->switches.count)
+    if (!landing->switches.waiting_count)
         return;
     for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++)
         steps_codes[i] = config->gate[i].step_codes;
@@ -232,7 +232,7 @@ static uint32_t compute_blocks_to_rest(const struct landing *landing)
 
 static void start_final_fit(struct landing *landing, const struct mr_config *config)
 {
-    mr_final_fit_start(&landing->fit, landing->passage.gate, landing->passage.gates,
+    mr_final_fit_start(&landing->fit, landing->passage.gate, landing->passage.gate_count,
                        (double)config->site[0].touchdown_ft,
                        (double)config->site[0].switch_error_ft);
     landing->is_fitting = true;
@@ -250,10 +250,10 @@ static void continue_final_fit(struct landing *landing, uint32_t index)
     landing->changes.fit_status = landing->fit.status;
     landing->is_summary_known = landing->fit.status == MR_OK;
     landing->changes.has_new_summary = landing->is_summary_known;
-    for (unsigned g = 0; landing->is_summary_known && g < passage->gates; g++) {
-        double late_s = landing->summary.late_s[g];
-        if (landing->summary.outlier & 1u << g)
-            add_switch_event(landing, passage->source[g].number, passage->source[g].position,
+    for (unsigned g = 0; landing->is_summary_known && g < passage->gate_count; g++) {
+        double late_s = landing->summary.lateness_s[g];
+        if (landing->summary.outlier_mask & 1u << g)
+            add_switch_event(landing, passage->gate_edge[g].number, passage->gate_edge[g].position,
                              late_s > 0.0 ? MR_SWITCH_LATE : MR_SWITCH_EARLY,
                              (float)(1000.0 * late_s), index);
     }
@@ -299,14 +299,15 @@ struct landing_wheel landing_wheel_at(const struct landing *landing, uint32_t ti
 {
     struct landing_wheel wheel = {MR_NAN, MR_NAN, MR_NAN};
     const struct mr_passage *passage = &landing->passage;
-    if (!passage->gates || passage->state != MR_PASSAGE_ROLLING)
+    if (!passage->gate_count || passage->state != MR_PASSAGE_ROLLING)
         return wheel;
-    const struct mr_gate *last = &passage->gate[passage->gates - 1];
+    const struct mr_gate *last = &passage->gate[passage->gate_count - 1];
     wheel.station_ft = (float)last->station_ft;
     if (!landing->is_motion_known)
         return wheel;
 
-    double since_s = (double)(uint32_t)(tick - passage->source[0].tick) * MR_S_PER_TICK - last->t_s;
+    double since_s = (double)(uint32_t)(tick - passage->gate_edge[0].tick) * MR_S_PER_TICK -
+                     last->t_s;
     double speed_ft_s = landing->motion.speed_ft_s.value;
     double deceleration_ft_s2 = landing->motion.deceleration_ft_s2.value;
     if (__builtin_isnan(deceleration_ft_s2))

@@ -55,7 +55,7 @@ struct landing_block_changes {
     /* reason why a finished landing has no summary; MR_OK: it has one, or no landing has
      * finished */
     enum mr_status fit_status;
-    unsigned edges, events; /* number of entries in landing.edge and landing.event */
+    unsigned edge_count, event_count; /* number of entries in landing.edge and landing.event */
 };
 
 struct landing {
@@ -68,12 +68,12 @@ struct landing {
 
     struct mr_switches switches;
     struct mr_passage passage;
-    unsigned edges;               /* number of edges since arming, up to 255 */
+    unsigned edge_count;          /* number of edges since arming, up to 255 */
     unsigned edges_without_pause; /* number of edges since the last pause */
     /* live mode: until arming, edges are also reported while idle (firmware/landinglink.h) */
     bool is_live;
-    uint32_t edge_block; /* block of the last edge */
-    uint32_t opened;     /* bit p-1: switch p was opened by a gate of the landing */
+    uint32_t edge_block;  /* block of the last edge */
+    uint32_t opened_mask; /* bit p-1: switch p was opened by a gate of the landing */
 
     struct mr_edge edge[MR_SWITCHES_WAITING_MAX]; /* edges to be reported with this block */
     struct mr_switch_event event[LANDING_EVENTS_MAX];

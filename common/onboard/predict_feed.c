@@ -12,15 +12,15 @@
 static void update_motion(struct predict_motion *motion, const struct landing *landing)
 {
     const struct mr_passage *passage = &landing->passage;
-    bool rolling = passage->gates && passage->state == MR_PASSAGE_ROLLING;
-    if (rolling == motion->is_rolling && passage->gates == motion->gate_count &&
+    bool rolling = passage->gate_count && passage->state == MR_PASSAGE_ROLLING;
+    if (rolling == motion->is_rolling && passage->gate_count == motion->gate_count &&
         !landing->changes.has_new_motion)
         return;
-    *motion = (struct predict_motion){.gate_count = passage->gates, .is_rolling = rolling};
+    *motion = (struct predict_motion){.gate_count = passage->gate_count, .is_rolling = rolling};
     if (!rolling)
         return;
-    motion->tick = passage->source[passage->gates - 1u].tick;
-    motion->station_ft = (float)passage->gate[passage->gates - 1u].station_ft;
+    motion->tick = passage->gate_edge[passage->gate_count - 1u].tick;
+    motion->station_ft = (float)passage->gate[passage->gate_count - 1u].station_ft;
     motion->is_known = landing->is_motion_known;
     if (!motion->is_known)
         return;
@@ -28,7 +28,7 @@ static void update_motion(struct predict_motion *motion, const struct landing *l
     motion->station_ft = (float)landing->motion.position_ft.value;
     motion->speed_ft_s = (float)landing->motion.speed_ft_s.value;
     motion->is_braking = !__builtin_isnan(a) &&
-                         passage->gates - landing->gates_before_braking >= BRAKING_GATES;
+                         passage->gate_count - landing->gates_before_braking >= BRAKING_GATES;
     motion->deceleration_ft_s2 = __builtin_isnan(a) ? 0.0f : (float)a;
     motion->stop_s = motion->deceleration_ft_s2 > 0.0f
                        ? motion->speed_ft_s / motion->deceleration_ft_s2
@@ -58,7 +58,7 @@ static void set_motion(const struct predict_motion *motion, float touchdown_ft, 
 uint32_t predict_find_frozen_zeros(const struct mr_predictor *predictor,
                                    const struct landing *landing)
 {
-    return landing->edges ? 0u : predictor->moved_mask;
+    return landing->edge_count ? 0u : predictor->moved_mask;
 }
 
 void predict_compute_input(struct predict_motion *motion, const struct landing *landing,
@@ -86,7 +86,7 @@ static uint8_t compute_inferred_percent(const struct mr_predictor *predictor,
     float low_ft = MR_NAN, high_ft = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         float station_ft = predictor->config.station_ft[i];
-        if (__builtin_isnan(station_ft) || __builtin_isnan(predictor->last_in[i]))
+        if (__builtin_isnan(station_ft) || __builtin_isnan(predictor->last_reading_in[i]))
             continue;
         low_ft = station_ft < low_ft || __builtin_isnan(low_ft) ? station_ft : low_ft;
         high_ft = station_ft > high_ft || __builtin_isnan(high_ft) ? station_ft : high_ft;
@@ -108,24 +108,24 @@ void predict_fill_report(const struct mr_predictor *predictor, const struct mr_p
                                     .start_ft = zone->start_ft,
                                     .end_ft = zone->end_ft,
                                     .block16 = block16};
-    report->lead =
+    report->zone_lead =
         (struct mr_zone_lead){.lead_s = zone->lead_s,
                               .wheel_ft = predictor->wheel_ft,
                               .warning = warning,
                               .inferred_percent = compute_inferred_percent(predictor, zone),
                               .block16 = block16};
-    report->error = (struct mr_zone_error){.start_ft = zone->start_error_ft,
-                                           .end_ft = zone->end_error_ft,
-                                           .mean_gap_in = zone->mean_gap_in,
-                                           .block16 = block16};
-    report->coming = (struct mr_zone_coming){.mats = (uint16_t)zone->future_mats,
-                                             .wheel_ft = zone->future_ft,
-                                             .closed_joints = (uint16_t)zone->closed_joints,
-                                             .block16 = block16};
-    report->press = (struct mr_zone_press){.compression_lb = zone->compression_lb,
-                                           .critical_lb = zone->critical_lb,
-                                           .distance_ft = zone->distance_ft,
-                                           .block16 = block16};
+    report->zone_error = (struct mr_zone_error){.start_ft = zone->start_error_ft,
+                                                .end_ft = zone->end_error_ft,
+                                                .mean_gap_in = zone->mean_gap_in,
+                                                .block16 = block16};
+    report->zone_coming = (struct mr_zone_coming){.mats = (uint16_t)zone->future_mats,
+                                                  .wheel_ft = zone->future_wheel_ft,
+                                                  .closed_joints = (uint16_t)zone->closed_joints,
+                                                  .block16 = block16};
+    report->zone_press = (struct mr_zone_press){.compression_lb = zone->compression_lb,
+                                                .critical_lb = zone->critical_lb,
+                                                .distance_ft = zone->distance_ft,
+                                                .block16 = block16};
     report->verdict = (struct mr_verdict){.verdict = (uint8_t)zone->verdict,
                                           .reason = (uint8_t)zone->reason,
                                           .level = (uint8_t)zone->level,

@@ -45,13 +45,13 @@ void predict_compute_input(struct predict_motion *motion, const struct landing *
                            float touchdown_ft, const struct predict_block *block,
                            struct mr_predictor_input *input);
 
-/* The messages of one report. `error` is valid only if there is a zone. */
+/* The messages of one report. `zone_error` is valid only if there is a zone. */
 struct predict_report {
     struct mr_zone zone;
-    struct mr_zone_lead lead;
-    struct mr_zone_error error;
-    struct mr_zone_coming coming;
-    struct mr_zone_press press;
+    struct mr_zone_lead zone_lead;
+    struct mr_zone_error zone_error;
+    struct mr_zone_coming zone_coming;
+    struct mr_zone_press zone_press;
     struct mr_verdict verdict;
     struct mr_risk risk;
     struct mr_risk_lead risk_lead;

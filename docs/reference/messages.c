@@ -98,8 +98,8 @@ static void write_message(FILE *out, const struct mr_message_info *message)
 {
     const char *comma = "";
     fprintf(out, "| 0x%03x | **%s** | ", message->id, message->name);
-    if (message->every_ms) {
-        fprintf(out, "%u ms", message->every_ms);
+    if (message->period_ms) {
+        fprintf(out, "%u ms", message->period_ms);
         comma = ", ";
     }
     if (message->length != 8) {

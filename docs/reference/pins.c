@@ -68,8 +68,8 @@ static unsigned place_of(const struct mr_board *board, const struct board_row *r
 static void print_use(FILE *out, const struct board_row *row)
 {
     switch (row->kind) {
-    case BOARD_ROW_ANALOGUE: fprintf(out, "%s", row->use); break;
-    case BOARD_ROW_FUNCTION: fprintf(out, "%s (%u)", row->use, row->number); break;
+    case BOARD_ROW_ANALOGUE: fprintf(out, "%s", row->function); break;
+    case BOARD_ROW_FUNCTION: fprintf(out, "%s (%u)", row->function, row->number); break;
     case BOARD_ROW_OUTPUT:
         fprintf(out, "output, initially %s", row->number ? "high" : "low");
         break;
@@ -80,7 +80,7 @@ static void print_use(FILE *out, const struct board_row *row)
 
 static const struct board_row *row_of(const struct board_table *table, const char *signal)
 {
-    for (size_t i = 0; i < table->rows; i++) {
+    for (size_t i = 0; i < table->row_count; i++) {
         if (strcmp(table->row[i].signal, signal) == 0)
             return &table->row[i];
     }
@@ -188,7 +188,7 @@ void reference_pins(FILE *out)
         fputs("---|", out);
     fputs("\n", out);
     for (unsigned i = 0; (table = board_table_by_number(i)); i++) {
-        for (size_t n = 0; n < table->rows; n++) {
+        for (size_t n = 0; n < table->row_count; n++) {
             if (!had_before(i, table->row[n].signal))
                 print_signal(out, &table->row[n]);
         }

@@ -35,7 +35,7 @@ const struct board_table *board_table_by_number(unsigned number)
 
 const struct board_region *board_region_by_name(const struct board_table *table, const char *name)
 {
-    for (size_t i = 0; i < table->regions; i++) {
+    for (size_t i = 0; i < table->region_count; i++) {
         if (strcmp(table->region[i].name, name) == 0)
             return &table->region[i];
     }
@@ -44,9 +44,9 @@ const struct board_region *board_region_by_name(const struct board_table *table,
 
 long board_constant_value(const struct board_table *table, const char *name)
 {
-    for (size_t i = 0; i < table->facts; i++) {
-        if (strcmp(table->fact[i].name, name) == 0)
-            return table->fact[i].value;
+    for (size_t i = 0; i < table->constant_count; i++) {
+        if (strcmp(table->constant[i].name, name) == 0)
+            return table->constant[i].value;
     }
     abort();
 }

@@ -11,10 +11,10 @@ struct board_row {
     enum board_row_kind kind;
     char port; /* letter of the port */
     unsigned pin;
-    const char *use;    /* alternate function: "ADC3_IN9", "TIM4_CH1"; "": the pin needs none */
-    unsigned number;    /* number of the alternate function, or initial level of an output */
-    const char *pull;   /* "NONE", "UP" */
-    const char *signal; /* "TRANSDUCER_1" */
+    const char *function; /* alternate function: "ADC3_IN9", "TIM4_CH1"; "": the pin needs none */
+    unsigned number;      /* number of the alternate function, or initial level of an output */
+    const char *pull;     /* "NONE", "UP" */
+    const char *signal;   /* "TRANSDUCER_1" */
     const char *text;
 };
 
@@ -32,11 +32,11 @@ struct board_region { /* a memory region, as in common/memory.def */
 
 struct board_table {
     const struct board_row *row;
-    size_t rows;
-    const struct board_constant *fact;
-    size_t facts;
+    size_t row_count;
+    const struct board_constant *constant;
+    size_t constant_count;
     const struct board_region *region;
-    size_t regions;
+    size_t region_count;
 };
 
 /* Table of a board by its number in common/boards.def, or NULL. Static storage. */

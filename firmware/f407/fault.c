@@ -190,10 +190,10 @@ bool fault_read_record(uint8_t cause)
     restart_record.late_pc = 0;
     last_restart.restarts = restart_record.restarts;
     last_restart.consecutive = restart_record.in_row;
-    last_restart.is_quiet = restart_record.in_row >= QUIET_RESTARTS_MIN;
+    last_restart.is_safe_mode = restart_record.in_row >= QUIET_RESTARTS_MIN;
     seal_restart_record();
     tasks_start();
-    return last_restart.is_quiet;
+    return last_restart.is_safe_mode;
 }
 
 bool fault_has_crystal_stopped_twice(void)

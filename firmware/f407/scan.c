@@ -111,18 +111,18 @@ static void start_conversions(void)
     ADC1->CR2 = 0;
     ADC3->CR2 = 0;
     const uint32_t tell = DMA_CR_HTIE | DMA_CR_TCIE | DMA_CR_TEIE;
-    bool adc3_is_last = scan.transducer_count > scan.other_count;
-    uint32_t conversions = adc3_is_last ? scan.transducer_count : scan.other_count;
+    bool adc3_is_last = scan.transducer_count > scan.adc1_count;
+    uint32_t conversions = adc3_is_last ? scan.transducer_count : scan.adc1_count;
     adc1_position = POSITION_UNKNOWN;
     is_adc1_stopped = false;
     first_index = next_index;
     last_conversion_ticks = (MR_SCANS_PER_BLOCK - 1u) * SCAN_TICKS +
                             (conversions - 1u) * CONVERSION_TICKS;
-    start_stream(ADC1_STREAM, 0, ADC1, adc1_code, BUFFER_SCANS * scan.other_count,
+    start_stream(ADC1_STREAM, 0, ADC1, adc1_code, BUFFER_SCANS * scan.adc1_count,
                  adc3_is_last ? 0 : tell);
     start_stream(ADC3_STREAM, 2, ADC3, adc3_code, BUFFER_SCANS * scan.transducer_count,
                  adc3_is_last ? tell : 0);
-    start_converter(ADC1, scan.channel + scan.transducer_count, scan.other_count);
+    start_converter(ADC1, scan.channel + scan.transducer_count, scan.adc1_count);
     start_converter(ADC3, scan.channel, scan.transducer_count);
 }
 
@@ -222,8 +222,8 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
     struct mr_block *block = &block_ring[block_queue.added % BLOCK_QUEUE];
     uint32_t tick = mr_boardtime_block_tick(TRIGGER_TICK, index);
     uint16_t *transducers = adc3_code + half * scan.transducer_count,
-             *others = adc1_code + half * scan.other_count;
-    if (scan.absent == 0)
+             *others = adc1_code + half * scan.adc1_count;
+    if (scan.absent_channels == 0)
         mr_block_from_scans(block, index, tick, (uint16_t(*)[MR_TRANSDUCERS])transducers,
                             (uint16_t(*)[MR_ADC1_CHANNELS])others);
     else
@@ -234,7 +234,7 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
 void dma2_stream1_irq(void);
 void dma2_stream1_irq(void)
 {
-    end_block(ADC3_STREAM, ADC1_STREAM, scan.other_count);
+    end_block(ADC3_STREAM, ADC1_STREAM, scan.adc1_count);
     irq_end();
 }
 

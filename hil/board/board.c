@@ -49,7 +49,7 @@ static void connect_pins(struct hil_board *board)
     board->camera.state = &board->state.camera;
     for (unsigned i = 0; i < HIL_BOARD_PULL_COUNT; i++) {
         const struct hil_pull *pull = &board->options.type->pulls[i];
-        hil_gpio_add_pull(&mcu->gpio, pull->place.port, pull->place.pin, pull->is_up);
+        hil_gpio_add_pull(&mcu->gpio, pull->location.port, pull->location.pin, pull->is_up);
     }
     hil_rig_create(&board->rig);
     hil_mcu_create(mcu, core, &board->options, &board->state.mcu);

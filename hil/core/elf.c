@@ -10,10 +10,10 @@
 
 #define FILE_MAX_BYTES (64u * 1024u * 1024u) /* an image may include debug information */
 
-#define refuse_image(image, ...) hil_file_refuse(&(image)->place, __VA_ARGS__)
+#define refuse_image(image, ...) hil_file_refuse(&(image)->context, __VA_ARGS__)
 
 struct image {
-    struct hil_file_context place;
+    struct hil_file_context context;
     union {
         char *text;
         const uint8_t *bytes;
@@ -47,7 +47,7 @@ static enum mr_status check_header(const struct image *image)
 
 static enum mr_status read_header(struct image *image)
 {
-    enum mr_status status = hil_file_read(&image->place, FILE_MAX_BYTES,
+    enum mr_status status = hil_file_read(&image->context, FILE_MAX_BYTES,
                                           "build the firmware, or give a different file with --elf",
                                           &image->text, &image->size);
     return status == MR_OK ? check_header(image) : status;
@@ -112,7 +112,7 @@ static enum mr_status load_segments(const struct image *image, struct hil_memory
 
 enum mr_status hil_elf_load(const char *path, struct hil_memory *memory, char *error, size_t size)
 {
-    struct image image = {.place = {path, 0, error, size}};
+    struct image image = {.context = {path, 0, error, size}};
     enum mr_status status = read_header(&image);
     if (status == MR_OK)
         status = load_segments(&image, memory, false);
@@ -150,7 +150,7 @@ static bool find_symbol(const struct image *image, const Elf32_Shdr *table, uint
 enum mr_status hil_elf_find_symbol(const char *path, const char *name, uint32_t *address)
 {
     char error[256];
-    struct image image = {.place = {path, 0, error, sizeof error}};
+    struct image image = {.context = {path, 0, error, sizeof error}};
     enum mr_status status = read_header(&image);
     const Elf32_Ehdr *h = image.header;
     bool found = false;

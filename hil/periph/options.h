@@ -25,7 +25,7 @@ struct hil_pin_location {
 
 /* A resistor outside the chip that defines the level of a pin before the firmware configures it. */
 struct hil_pull {
-    struct hil_pin_location place;
+    struct hil_pin_location location;
     bool is_up;
 };
 

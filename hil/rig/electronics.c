@@ -64,7 +64,7 @@ static void make_ideal(struct hil_electronics *e, const struct hil_options *opti
     *e = (struct hil_electronics){
         .vdda_v = options->vdda_v > 0.0 ? options->vdda_v : options->type->supply_v,
         .reference_ratio = 1.0,
-        .reference_read_share = 1.0,
+        .reference_reading_ratio = 1.0,
         .temperature_rise_k = known ? options->temperature_c - ROOM_C : 0.0,
         .temperature_rise_k_per_s = known ? options->temperature_c_per_h / SECONDS_PER_HOUR : 0.0,
         .transducer_tau_s = 4e-6,
@@ -120,7 +120,7 @@ static void draw_sensor_tolerances(struct hil_electronics *e, const struct hil_c
                                    uint64_t *random)
 {
     e->reference_ratio = 1.0 + draw_uniform(random, f->reference_error_rel);
-    e->reference_read_share = 1.0 + draw_normal(random, f->reference_read_sd_rel);
+    e->reference_reading_ratio = 1.0 + draw_normal(random, f->reference_read_sd_rel);
     e->reference_drift_per_k = draw_uniform(random, f->reference_drift_ppm_k * 1e-6);
     draw_transducer_tolerances(e, f, random);
     draw_gage_tolerances(e, f, random);

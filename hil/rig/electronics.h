@@ -32,10 +32,10 @@ struct hil_circuit_figures {
 
 struct hil_electronics {
     double vdda_v;
-    double reference_ratio;       /* ratio to 2.500 V, at 20 C */
-    double reference_read_share;  /* reading of the reference channel / reference */
-    double reference_drift_per_k; /* relative drift per C */
-    double temperature_rise_k;    /* temperature at power on, above 20 C */
+    double reference_ratio;         /* ratio to 2.500 V, at 20 C */
+    double reference_reading_ratio; /* reading of the reference channel / reference */
+    double reference_drift_per_k;   /* relative drift per C */
+    double temperature_rise_k;      /* temperature at power on, above 20 C */
     double temperature_rise_k_per_s;
     double transducer_gain[HIL_RUN_TRANSDUCERS];
     double transducer_zero_in[HIL_RUN_TRANSDUCERS];

@@ -394,7 +394,7 @@ static void flip_bit(struct hil_faults_device *dev, const struct hil_fault *faul
 
 static void fail_nor(struct hil_nor_fault_requests *nor, const struct hil_fault *fault)
 {
-    switch ((enum hil_nor_fault)fault->choice) {
+    switch ((enum hil_nor_fault)fault->variant) {
     case HIL_NOR_FILL: nor->is_fill_requested = true; break;
     case HIL_NOR_DEAD: nor->is_dead = true; break;
     case HIL_NOR_REPAIR: *nor = (struct hil_nor_fault_requests){0}; break;
@@ -407,7 +407,7 @@ static void fail_nor(struct hil_nor_fault_requests *nor, const struct hil_fault 
 
 static void fail_thermometer(struct hil_tmp112 *chip, const struct hil_fault *fault)
 {
-    switch ((enum hil_thermometer_fault)fault->choice) {
+    switch ((enum hil_thermometer_fault)fault->variant) {
     case HIL_THERMOMETER_DEAD: chip->is_dead = true; break;
     case HIL_THERMOMETER_STUCK: chip->bus_faults.is_sda_stuck = true; break;
     case HIL_THERMOMETER_HANG: chip->bus_faults.clocks_until_release = 9; break;
@@ -426,18 +426,18 @@ static void apply_fault(struct hil_faults_device *dev, const struct hil_fault *f
     switch (f->action) {
     case HIL_FAULT_POWER_CUT: cut_supply_for(dev->supply, f->duration_ps); break;
     case HIL_FAULT_BROWN_OUT: dip_supply(dev->supply, f->volts, f->duration_ps); break;
-    case HIL_FAULT_CRYSTAL: hil_rcc_set_crystal(dev->rcc, f->choice); break;
+    case HIL_FAULT_CRYSTAL: hil_rcc_set_crystal(dev->rcc, f->variant); break;
     case HIL_FAULT_BIT_FLIP: flip_bit(dev, f); break;
     case HIL_FAULT_STUCK_BIT:
-        (void)hil_stuck_bit_add(dev->core, f->address, f->bit, f->choice);
+        (void)hil_stuck_bit_add(dev->core, f->address, f->bit, f->variant);
         break;
-    case HIL_FAULT_CAN_BUS: hil_can_set_bus(dev->can, (enum hil_can_bus)f->choice); break;
+    case HIL_FAULT_CAN_BUS: hil_can_set_bus(dev->can, (enum hil_can_bus)f->variant); break;
     case HIL_FAULT_LINE:
-        dev->lines->state->effect[f->line][f->choice] =
+        dev->lines->state->effect[f->line][f->variant] =
             (struct hil_line_effect){f->count, f->probability, f->duration_ps, f->file_line};
         break;
     case HIL_FAULT_CHANNEL:
-        hil_rig_set_channel_fault(dev->rig, f->target_index, (enum hil_channel_fault)f->choice);
+        hil_rig_set_channel_fault(dev->rig, f->target_index, (enum hil_channel_fault)f->variant);
         break;
     case HIL_FAULT_SWITCH_SKIP: hil_rig_skip_switch(dev->rig, f->target_index); break;
     case HIL_FAULT_SWITCH_BOUNCE:
@@ -452,7 +452,7 @@ static void apply_fault(struct hil_faults_device *dev, const struct hil_fault *f
         fail_thermometer(dev->thermometer, f);
         hil_i2c_on_lines_changed(dev->i2c, hil_now_cycle(dev->core));
         break;
-    case HIL_FAULT_LAMP: hil_rig_set_lamp_fault(dev->rig, (enum hil_lamp_fault)f->choice); break;
+    case HIL_FAULT_LAMP: hil_rig_set_lamp_fault(dev->rig, (enum hil_lamp_fault)f->variant); break;
     }
 }
 
@@ -599,7 +599,7 @@ static const char *const triggers[] = {"at S [+ DELAY_US]", "station FT [+ DELAY
                                        "nor N [+ DELAY_US]"};
 
 /* Patterns of a line, each with its initial fault. For alternatives separated by |, the index of
- * the given word is added to `choice`; a number of kind ORDINAL is added to `target_index`. */
+ * the given word is added to `variant`; a number of kind ORDINAL is added to `target_index`. */
 #define CHANNEL_WORDS "mend|stick|high|low|open"
 #define LINE_FAULT(on_line)                                                                     \
     {                                                                                           \
@@ -632,12 +632,12 @@ static const struct action {
     {"switch SWITCH bounce TIMES APART_US", {.action = HIL_FAULT_SWITCH_BOUNCE}},
     {"camera skip COUNT", {.action = HIL_FAULT_CAMERA}},
     {"nor fill|dead|mend|stuck", {.action = HIL_FAULT_NOR}},
-    {"nor fail-program COUNT", {.action = HIL_FAULT_NOR, .choice = HIL_NOR_FAIL_PROGRAM}},
-    {"nor fail-erase COUNT", {.action = HIL_FAULT_NOR, .choice = HIL_NOR_FAIL_ERASE}},
-    {"nor hang COUNT", {.action = HIL_FAULT_NOR, .choice = HIL_NOR_HANG}},
+    {"nor fail-program COUNT", {.action = HIL_FAULT_NOR, .variant = HIL_NOR_FAIL_PROGRAM}},
+    {"nor fail-erase COUNT", {.action = HIL_FAULT_NOR, .variant = HIL_NOR_FAIL_ERASE}},
+    {"nor hang COUNT", {.action = HIL_FAULT_NOR, .variant = HIL_NOR_HANG}},
     {"thermometer dead|stuck|hang|mend|berr", {.action = HIL_FAULT_THERMOMETER}},
     {"thermometer stretch MS",
-     {.action = HIL_FAULT_THERMOMETER, .choice = HIL_THERMOMETER_STRETCH}},
+     {.action = HIL_FAULT_THERMOMETER, .variant = HIL_THERMOMETER_STRETCH}},
 };
 #define ACTION_COUNT (sizeof actions / sizeof actions[0])
 
@@ -715,7 +715,7 @@ static bool match_number(struct reader *r, const struct number_slot *slot, struc
     return true;
 }
 
-/* Matches one of the words between | and adds its index to `choice`. */
+/* Matches one of the words between | and adds its index to `variant`. */
 static bool match_word(const char *wanted, const char *word, unsigned *choice)
 {
     size_t length = strlen(word);
@@ -748,7 +748,7 @@ static bool match_pattern(struct reader *r, const char *pattern, struct hil_faul
         }
         const struct number_slot *slot = find_slot(want, strlen(want));
         if (slot ? match_number(r, slot, f)
-                 : match_word(want, get_word(r, r->next_word), &f->choice)) {
+                 : match_word(want, get_word(r, r->next_word), &f->variant)) {
             r->next_word++;
             continue;
         }

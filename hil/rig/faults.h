@@ -167,7 +167,7 @@ struct hil_fault {
          * uses */
         action;
     enum hil_line line;
-    unsigned choice;
+    unsigned variant;
     uint32_t target_index, count, address, bit;
     double probability; /* probability p of the fault, 0 < p <= 1 */
     double volts;

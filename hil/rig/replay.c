@@ -62,8 +62,8 @@ static uint64_t get_edge_pin_cycle(const struct hil_replay_device *dev)
 /* Cycle of the next change of the input with train i; HIL_NEVER if there is none. */
 static uint64_t get_train_cycle(const struct hil_replay_device *dev, unsigned i)
 {
-    uint64_t tick = hil_pulse_train_next_edge(&dev->replay->train[i], &dev->state->train[i],
-                                              TRAIN_PULSE_TICKS);
+    uint64_t tick = hil_pulse_train_next_edge(&dev->replay->pulse_train[i],
+                                              &dev->state->pulse_train[i], TRAIN_PULSE_TICKS);
     return tick == HIL_RUN_NEVER ? HIL_NEVER : get_cycle_at_tick(dev, tick);
 }
 
@@ -138,7 +138,7 @@ static void toggle_edge_pin(struct hil_replay_device *dev, uint64_t at)
 static void toggle_train_pin(struct hil_replay_device *dev, unsigned i, uint64_t at)
 {
     const struct hil_capture_pin *pin = &hil_capture_pins[HIL_REPLAY_FIRST_CAPTURE_CHANNEL + i];
-    struct hil_pulse_train_state *state = &dev->state->train[i];
+    struct hil_pulse_train_state *state = &dev->state->pulse_train[i];
     hil_pulse_train_pass_edge(state);
     hil_gpio_drive(dev->gpio, pin->port, pin->pin, state->is_high, at);
 }
@@ -233,7 +233,7 @@ double hil_replay_duration_s(const struct hil_replay *replay)
 
 /* ---- the replay file ---- */
 
-#define refuse_file(r, ...) hil_file_refuse(&(r)->place, MR_MALFORMED, __VA_ARGS__)
+#define refuse_file(r, ...) hil_file_refuse(&(r)->context, MR_MALFORMED, __VA_ARGS__)
 
 static enum mr_status read_block(struct hil_text_file *r, struct hil_replay *replay,
                                  const char *text)
@@ -311,8 +311,8 @@ static enum mr_status read_line(struct hil_text_file *r, struct hil_replay *repl
     for (unsigned i = 0; i < HIL_REPLAY_TRAINS; i++) {
         static const char *const keyword[HIL_REPLAY_TRAINS] = {"frame ", "brake ", "wheel "};
         if (strncmp(line, keyword[i], 6) == 0)
-            return read_tick(r, line + 6, MR_TICKS_PER_BLOCK, &replay->train[i].rise_times,
-                             &replay->train[i].pulse_count);
+            return read_tick(r, line + 6, MR_TICKS_PER_BLOCK, &replay->pulse_train[i].rise_times,
+                             &replay->pulse_train[i].pulse_count);
     }
     if (strncmp(line, "command ", 8) == 0)
         return read_command(r, replay, line + 8);
@@ -332,7 +332,7 @@ static enum mr_status read_line(struct hil_text_file *r, struct hil_replay *repl
 enum mr_status hil_replay_read(const char *path, struct hil_replay *replay, char *error,
                                size_t size)
 {
-    struct hil_text_file r = {.place = {path, 0, error, size}};
+    struct hil_text_file r = {.context = {path, 0, error, size}};
     const char *line;
     *replay = (struct hil_replay){.has_crystal = true};
     enum mr_status status = hil_text_file_open(&r, "matrig-replay");
@@ -351,7 +351,7 @@ void hil_replay_free(struct hil_replay *replay)
     free(replay->blocks);
     free(replay->edge_ticks);
     for (unsigned i = 0; i < HIL_REPLAY_TRAINS; i++)
-        free(replay->train[i].rise_times);
+        free(replay->pulse_train[i].rise_times);
     free(replay->commands);
     *replay = (struct hil_replay){0};
 }
@@ -413,14 +413,15 @@ static bool distribute_transducer_sums(const struct mr_block *block, unsigned i,
                                        struct hil_block_codes *codes)
 {
     const unsigned n = HIL_CODES_PER_POLARITY;
-    for (unsigned low = 0; low <= block->low[i]; low++) {
-        for (unsigned high = 0; high <= block->high[i]; high++) {
+    for (unsigned low = 0; low <= block->low_count[i]; low++) {
+        for (unsigned high = 0; high <= block->high_count[i]; high++) {
             if (!is_possible(block->forward_sum[i], n, low, high) ||
-                !is_possible(block->reversed_sum[i], n, block->low[i] - low, block->high[i] - high))
+                !is_possible(block->reversed_sum[i], n, block->low_count[i] - low,
+                             block->high_count[i] - high))
                 continue;
             distribute_sum(block->forward_sum[i], n, low, high, codes->transducer[0][i]);
-            distribute_sum(block->reversed_sum[i], n, block->low[i] - low, block->high[i] - high,
-                           codes->transducer[1][i]);
+            distribute_sum(block->reversed_sum[i], n, block->low_count[i] - low,
+                           block->high_count[i] - high, codes->transducer[1][i]);
             return true;
         }
     }
@@ -433,16 +434,17 @@ bool hil_codes_from_block(const struct mr_block *block, struct hil_block_codes *
     *codes = (struct hil_block_codes){0};
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         *channel = i;
-        if (!(block->absent >> i & 1u) && !distribute_transducer_sums(block, i, codes))
+        if (!(block->absent_channels >> i & 1u) && !distribute_transducer_sums(block, i, codes))
             return false;
     }
     for (unsigned i = 0; i < MR_ADC1_CHANNELS; i++) {
         unsigned c = *channel = MR_TRANSDUCERS + i;
-        if (block->absent >> c & 1u)
+        if (block->absent_channels >> c & 1u)
             continue;
-        if (!is_possible(block->sum[i], MR_SCANS_PER_BLOCK, block->low[c], block->high[c]))
+        if (!is_possible(block->sum[i], MR_SCANS_PER_BLOCK, block->low_count[c],
+                         block->high_count[c]))
             return false;
-        distribute_sum(block->sum[i], MR_SCANS_PER_BLOCK, block->low[c], block->high[c],
+        distribute_sum(block->sum[i], MR_SCANS_PER_BLOCK, block->low_count[c], block->high_count[c],
                        codes->adc1[i]);
     }
     return true;

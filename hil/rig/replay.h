@@ -56,7 +56,7 @@ struct hil_replay_state {
     uint64_t reset_count;     /* resets of the chip before TIM2 started */
     uint32_t next_edge, next_command;
     bool is_edge_pulse_high; /* PA15 is high */
-    struct hil_pulse_train_state train[HIL_REPLAY_TRAINS];
+    struct hil_pulse_train_state pulse_train[HIL_REPLAY_TRAINS];
     uint16_t sequence; /* sequence number of the next serial frame */
 };
 
@@ -101,7 +101,8 @@ struct hil_replay {
     size_t block_count; /* at least 1 */
     uint64_t *edge_ticks;
     size_t edge_count;
-    struct hil_pulse_train train[HIL_REPLAY_TRAINS]; /* pulses of each train; times in ticks */
+    struct hil_pulse_train
+        pulse_train[HIL_REPLAY_TRAINS]; /* pulses of each train; times in ticks */
     struct hil_replay_command *commands;
     size_t command_count;
     uint32_t block0_tick; /* value of TIM2 at the first trigger of block 0 */

@@ -30,7 +30,7 @@
 /* Time of the next change of the input with train i. */
 static uint64_t get_next_pulse_edge_ps(const struct hil_rig_device *dev, unsigned i)
 {
-    return hil_pulse_train_next_edge(&dev->run->train[i], &dev->state->train[i],
+    return hil_pulse_train_next_edge(&dev->run->pulse_train[i], &dev->state->pulse_train[i],
                                      HIL_TRAIN_PULSE_PS);
 }
 
@@ -120,7 +120,7 @@ static void continue_bounce(struct hil_rig_device *dev, unsigned i, uint64_t at)
 static void toggle_train_pin(struct hil_rig_device *dev, unsigned i, uint64_t at)
 {
     const struct hil_capture_pin *pin = &hil_capture_pins[HIL_RUN_FIRST_CAPTURE_CHANNEL + i];
-    struct hil_pulse_train_state *state = &dev->state->train[i];
+    struct hil_pulse_train_state *state = &dev->state->pulse_train[i];
     hil_pulse_train_pass_edge(state);
     hil_gpio_drive(dev->gpio, pin->port, pin->pin, state->is_high, at);
 }
@@ -392,7 +392,8 @@ double hil_rig_channel_volts(void *device, int channel, uint64_t at)
     if (channel == (int)CHANNEL_STAIRCASE)
         return value;
     const struct hil_electronics *e = dev->electronics;
-    double warmer = get_temperature_rise_k(dev, at), volts = REFERENCE_V * e->reference_read_share;
+    double warmer = get_temperature_rise_k(dev, at),
+           volts = REFERENCE_V * e->reference_reading_ratio;
     if (channel < (int)HIL_RUN_TRANSDUCERS)
         volts = TRANSDUCER_MID_V + e->transducer_mid_v[channel] +
                 compute_excitation_amplitude(dev, at) *

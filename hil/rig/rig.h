@@ -75,7 +75,7 @@ enum hil_lamp_fault { HIL_LAMP_GOOD, HIL_LAMP_BROKEN, HIL_LAMP_SHORTED };
 struct hil_rig {
     struct hil_contact contact[24];
     /* pulses of brake and wheel on PB10 and PB11 */
-    struct hil_pulse_train_state train[HIL_RUN_TRAINS];
+    struct hil_pulse_train_state pulse_train[HIL_RUN_TRAINS];
     uint8_t channel_fault[HIL_BOARD_CHANNELS]; /* enum hil_channel_fault */
     double stuck_value[HIL_BOARD_CHANNELS];    /* value of a stuck channel: inches, pounds, volts */
     double gain_drift[HIL_RUN_GAGES];          /* gain minus 1 */

@@ -18,36 +18,36 @@
 
 enum mr_status hil_text_file_open(struct hil_text_file *r, const char *kind)
 {
-    enum mr_status status = hil_file_read(&r->place, FILE_MAX_BYTES,
+    enum mr_status status = hil_file_read(&r->context, FILE_MAX_BYTES,
                                           "give a file that matrig wrote", &r->bytes, &r->size);
     size_t n = strlen(kind), end = r->size;
     uint32_t stated = 0;
     if (status != MR_OK)
         return status;
     if (strncmp(r->bytes, kind, n) != 0 || r->bytes[n] != ' ')
-        return hil_file_refuse(&r->place, MR_MALFORMED, "the file does not begin with `%s 1`",
+        return hil_file_refuse(&r->context, MR_MALFORMED, "the file does not begin with `%s 1`",
                                kind);
     if (strncmp(r->bytes + n, " 1\n", 3) != 0)
-        return hil_file_refuse(&r->place, MR_VERSION,
+        return hil_file_refuse(&r->context, MR_VERSION,
                                "version `%.*s`; this program reads version 1",
                                (int)strcspn(r->bytes + n + 1, "\r\n"), r->bytes + n + 1);
     while (end >= 5 && memcmp(r->bytes + end - 5, "\nend ", 5) != 0)
         end--;
     if (end < 5)
-        return hil_file_refuse(&r->place, MR_TRUNCATED, "the file ends without its `end` line");
+        return hil_file_refuse(&r->context, MR_TRUNCATED, "the file ends without its `end` line");
     if (r->size - end != 9 || sscanf(r->bytes + end, "%8" SCNx32, &stated) != 1)
-        return hil_file_refuse(&r->place, MR_MALFORMED,
+        return hil_file_refuse(&r->context, MR_MALFORMED,
                                "expected `end <crc32, 8 hex digits>` as the last line");
     uint32_t crc = mr_crc32(0, (const uint8_t *)r->bytes, end - 4);
     if (stated != crc)
         return hil_file_refuse(
-            &r->place, MR_CRC,
+            &r->context, MR_CRC,
             "the checksum is %08x, but the file states %08x: the file was changed or damaged",
             (unsigned)crc, (unsigned)stated);
     r->size = end - 4;
     r->bytes[r->size] = '\0';
     r->next = r->bytes + n + 3;
-    r->place.line = 1;
+    r->context.line = 1;
     return MR_OK;
 }
 
@@ -59,7 +59,7 @@ char *hil_text_file_next_line(struct hil_text_file *r)
             break; /* end here: the text contains a 0 */
         *end = '\0';
         r->next = end + 1;
-        r->place.line++;
+        r->context.line++;
         if (line[0] && line[0] != '#')
             return line;
     }
@@ -95,7 +95,7 @@ void hil_pulse_train_pass_edge(struct hil_pulse_train_state *state)
 
 /* ---- run files ---- */
 
-#define refuse_file(r, ...) hil_file_refuse(&(r)->place, MR_MALFORMED, __VA_ARGS__)
+#define refuse_file(r, ...) hil_file_refuse(&(r)->context, MR_MALFORMED, __VA_ARGS__)
 
 /* Parses seconds with up to 12 decimals, at most 10^6 s, and converts them exactly to
  * picoseconds. */
@@ -230,9 +230,9 @@ static enum mr_status read_line(struct hil_text_file *r, struct hil_run *run, ch
     if (strcmp(keyword, "command") == 0)
         return read_command(r, run, line + end);
     if (strcmp(keyword, "brake") == 0)
-        return read_pulse(r, &run->train[0], line + end);
+        return read_pulse(r, &run->pulse_train[0], line + end);
     if (strcmp(keyword, "wheel") == 0)
-        return read_pulse(r, &run->train[1], line + end);
+        return read_pulse(r, &run->pulse_train[1], line + end);
     if (strcmp(keyword, "samples") == 0)
         return read_samples(r, run, line + end);
     if (strcmp(keyword, "duration_s") == 0) {
@@ -248,7 +248,7 @@ static enum mr_status read_line(struct hil_text_file *r, struct hil_run *run, ch
 
 enum mr_status hil_run_read(const char *path, struct hil_run *run, char *error, size_t size)
 {
-    struct hil_text_file r = {.place = {path, 0, error, size}};
+    struct hil_text_file r = {.context = {path, 0, error, size}};
     char *line;
     *run = (struct hil_run){0};
     enum mr_status status = hil_text_file_open(&r, "matrig-run");
@@ -268,7 +268,7 @@ enum mr_status hil_run_read(const char *path, struct hil_run *run, char *error, 
 void hil_run_free(struct hil_run *run)
 {
     for (unsigned i = 0; i < HIL_RUN_TRAINS; i++)
-        free(run->train[i].rise_times);
+        free(run->pulse_train[i].rise_times);
     free(run->commands);
     free(run->samples);
     *run = (struct hil_run){0};

@@ -54,8 +54,8 @@ struct hil_run {
     unsigned switch_count; /* number in the file; always HIL_RUN_SWITCHES */
     /* indexed by position - 1; HIL_RUN_NEVER: the switch does not open */
     uint64_t switch_open_ps[HIL_RUN_SWITCHES];
-    double switch_ft[HIL_RUN_SWITCHES];           /* true station of the switch */
-    struct hil_pulse_train train[HIL_RUN_TRAINS]; /* brake, wheel; times in ps */
+    double switch_ft[HIL_RUN_SWITCHES];                 /* true station of the switch */
+    struct hil_pulse_train pulse_train[HIL_RUN_TRAINS]; /* brake, wheel; times in ps */
     size_t command_count;
     struct hil_run_command *commands; /* commands in order of time */
     double sample_rate_hz;
@@ -79,12 +79,12 @@ double hil_run_true_value(const struct hil_run *run, unsigned column, double t_s
 /* A text file whose first line contains its kind and version, and whose last line is `end` with the
  * CRC-32 of everything before it. */
 struct hil_text_file {
-    struct hil_file_context place; /* at.line: line number of the present line */
-    char *bytes, *next;            /* the caller must free `bytes`, also after a failure */
+    struct hil_file_context context; /* context.line: number of the present line */
+    char *bytes, *next;              /* the caller must free `bytes`, also after a failure */
     size_t size;
 };
 
-/* Reads a file of this kind ("matrig-run"); `at` must be set. MR_OK, MR_IO, MR_MALFORMED,
+/* Reads a file of this kind ("matrig-run"); `context` must be set. MR_OK, MR_IO, MR_MALFORMED,
  * MR_VERSION, MR_TRUNCATED, MR_CRC, MR_TOO_LONG. */
 enum mr_status hil_text_file_open(struct hil_text_file *record, const char *kind);
 /* Returns the next line without its newline. Blank lines and lines that begin with # are skipped.

@@ -834,7 +834,7 @@ enum mr_status advise_make_chart(const struct advise *advise, unsigned landings,
 {
     const struct advise_profile *profile = &advise->plan.profile;
     mr_risk_plan_clear(plan);
-    plan->landings = (float)landings;
+    plan->landing_count = (float)landings;
     plan->speed_ft_s = (float)advise->plan.speed_ft_s;
     for (size_t i = 0; i < advise->row_count; i++) {
         plan->chart_deceleration_ft_s2[i] = (float)advise->row[i].mean_braking_ft_s2;

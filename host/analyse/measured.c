@@ -504,7 +504,7 @@ struct mr_error_conditions measured_error_conditions(const struct measured_landi
     return (struct mr_error_conditions){
         .value = (float)value,
         .noise = (float)channel->noise,
-        .averaged = (float)fmax(samples / stride, 1.0),
+        .averaged_blocks = (float)fmax(samples / stride, 1.0),
         .baseline_blocks = movement ? (float)fmax((double)channel->rest_samples / stride, 1.0)
                                     : 0.0f,
         /* Hours since power-on, for an absolute reading: zero_error depends on the age of the zero.

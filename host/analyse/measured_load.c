@@ -218,7 +218,7 @@ static enum mr_status append_message(void *context, const struct store_frame *fr
         count_excluded_record(aside, &aside->messages, newest);
         return MR_OK;
     }
-    if (newest - mr_series_at(pack->series)->blocks + 1 < record->from_block)
+    if (newest - mr_series_at(pack->series)->averaged_blocks + 1 < record->from_block)
         return MR_OK;
     xlist_grow(&record->message, record->message_count, sizeof *record->message);
     struct message *message = &record->message[record->message_count++];
@@ -269,7 +269,7 @@ static void reset_after_gap(struct mr_watch *watch)
 {
     for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
         if (!watch->channel[c].is_stuck)
-            watch->channel[c].anchor = MR_NAN;
+            watch->channel[c].anchor_reading = MR_NAN;
     }
 }
 
@@ -354,11 +354,11 @@ static void fill_from_message(struct measured_landing *measured, const struct me
     int64_t newest = message->newest - measured->first_block;
     unsigned count = mr_series_pack_get(message->pack, message->data, values);
     for (unsigned k = 0; k < count; k++) {
-        int c = measured_channel_index(measured, series->kind, message->pack->first + k);
-        for (unsigned age = 0; c >= 0 && age < series->blocks; age++) {
+        int c = measured_channel_index(measured, series->kind, message->pack->first_reading + k);
+        for (unsigned age = 0; c >= 0 && age < series->averaged_blocks; age++) {
             int64_t i = newest - (int64_t)age;
             if (i >= 0 && i < (int64_t)measured->samples)
-                fill_sample(&measured->channel[c], (size_t)i, values[k], series->blocks,
+                fill_sample(&measured->channel[c], (size_t)i, values[k], series->averaged_blocks,
                             (size_t)(newest + 1));
         }
     }
@@ -435,7 +435,7 @@ static enum mr_status load_board_series(struct store *store, struct series_data 
     int64_t first = record->first_second, last = record->last_second;
     for (size_t i = 0; i < record->message_count; i++) {
         const struct message *message = &record->message[i];
-        int64_t oldest = message->newest - mr_series_at(message->pack->series)->blocks + 1;
+        int64_t oldest = message->newest - mr_series_at(message->pack->series)->averaged_blocks + 1;
         if (!record->block_count || message->newest < first || oldest > last)
             extend_time_span(record, oldest, message->newest);
     }

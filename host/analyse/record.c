@@ -408,10 +408,10 @@ static uint64_t find_runway_history_id(struct store *store, const struct store_l
     bool exists = false;
     if (!measured_is_emulated(landing) ||
         store_runway_get(store, landing->id, &state, &source, &exists, &ignored) != MR_OK ||
-        !exists || state.landings == 0)
+        !exists || state.landing_count == 0)
         return 0;
-    memcpy(&scale, &state.scale, sizeof scale);
-    return (uint64_t)state.landings << 32 | scale;
+    memcpy(&scale, &state.resistance_scale, sizeof scale);
+    return (uint64_t)state.landing_count << 32 | scale;
 }
 
 /* Finds the landing whose runway was restored for this landing, and the advice for that runway. */

@@ -724,7 +724,7 @@ static void add_motion(const struct summary *summary, struct answer *answer)
         answer_add_value(answer, "stop_after_touchdown", "time to rest", UNIT_TIME,
                          fit->stop_t_s.value - fit->touchdown_t_s.value, 3)
             ->digits = 9;
-        answer_add_count(answer, "stop_gates", NULL, fit->used_for_stop);
+        answer_add_count(answer, "stop_gates", NULL, fit->gates_used_for_stop);
     }
 }
 

@@ -286,7 +286,7 @@ void track_make(const struct measured_landing *measured, struct track *track)
     track->gate_error_ft = measured->landing.switch_error_ft;
     for (size_t g = 0; g < measured->gate_count; g++) {
         const struct mr_gate *gate = &measured->gate[g];
-        if (gate->t_s <= 0.0 || summary->outlier & 1u << g)
+        if (gate->t_s <= 0.0 || summary->outlier_mask & 1u << g)
             continue;
         if (track->gate_count == 0)
             track->first_gate.t_s = gate->t_s;

@@ -521,7 +521,7 @@ enum mr_status predictor_inputs_load(struct store *store, const struct measured_
         load_max_risk(store, measured, inputs, error);
     if (status == MR_OK) {
         inputs->message_count = count;
-        inputs->history_landings = exists ? state.landings : 0;
+        inputs->history_landings = exists ? state.landing_count : 0;
         inputs->runway_source = exists ? inputs->runway_source : STORE_NONE;
         int64_t settled = count ? rows[0].block + SETTLING_BLOCKS : 0;
         for (size_t i = 0; i < count; i++) {

@@ -35,8 +35,9 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
         client->is_memory_read = client->stored_known &&
                                  client->stored.copy_a != MR_RUNWAY_NOT_READ;
     } else if (message->id == MR_ID_RUNWAY && mr_runway_get(&runway, bytes, length) == MR_OK) {
-        client->state = (struct mr_predictor_state){
-            .mats = runway.mats, .landings = runway.landings, .scale = runway.resistance};
+        client->state = (struct mr_predictor_state){.mats = runway.mats,
+                                                    .landing_count = runway.landings,
+                                                    .resistance_scale = runway.resistance};
         client->received_part_count = 0;
         client->is_complete = false;
     } else if (message->id == MR_ID_RUNWAY_JOINTS &&

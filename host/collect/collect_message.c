@@ -337,8 +337,8 @@ static enum mr_status record_joints(struct collector *collector, struct link_sta
 static void record_runway(struct link_state *side, const struct mr_runway *m)
 {
     side->runway = (struct mr_predictor_state){.mats = m->mats <= MR_CHAIN_MATS ? m->mats : 0,
-                                               .landings = m->landings,
-                                               .scale = m->resistance};
+                                               .landing_count = m->landings,
+                                               .resistance_scale = m->resistance};
     side->runway_part_count = 0;
 }
 

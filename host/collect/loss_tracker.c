@@ -360,8 +360,8 @@ void loss_tracker_apply_dropped_count(struct loss_tracker *loss_tracker, uint16_
 /* Writes the channels of a message, for example "d1-d3". */
 static void write_channels(const struct mr_series_pack *pack, char letter, char *out, size_t size)
 {
-    snprintf(out, size, "%c%u-%c%u", letter, (unsigned)pack->first, letter,
-             (unsigned)(pack->first + pack->count - 1));
+    snprintf(out, size, "%c%u-%c%u", letter, (unsigned)pack->first_reading, letter,
+             (unsigned)(pack->first_reading + pack->reading_count - 1));
 }
 
 void loss_tracker_add_series_message(struct loss_tracker *loss_tracker, unsigned number,
@@ -370,7 +370,7 @@ void loss_tracker_add_series_message(struct loss_tracker *loss_tracker, unsigned
     const struct mr_series_pack *pack = mr_series_pack_at(number);
     const struct mr_series *series = mr_series_at(pack->series);
     int64_t last = loss_tracker->last_series_block[number];
-    int64_t missing = (block - last) / series->blocks - 1;
+    int64_t missing = (block - last) / series->averaged_blocks - 1;
     loss_tracker->last_series_block[number] = block;
     /* A step of IDLE_READING_PERIOD_BLOCKS may be due to an idle board: serial may not have
      * confirmed yet that it is armed. */
@@ -382,7 +382,7 @@ void loss_tracker_add_series_message(struct loss_tracker *loss_tracker, unsigned
     if (loss_tracker->suspected_gap_count < MR_SERIES_PACK_COUNT)
         loss_tracker->suspected_gap[loss_tracker->suspected_gap_count++] =
             make_gap(loss_tracker, mr_message_find(pack->id)->name, channels, "link", missing,
-                     last + series->blocks, block - series->blocks);
+                     last + series->averaged_blocks, block - series->averaged_blocks);
 }
 
 void loss_tracker_add_block(struct loss_tracker *loss_tracker, uint32_t index)

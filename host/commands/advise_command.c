@@ -86,7 +86,7 @@ static unsigned count_landings(struct store *store, const struct advise *advise)
         error_set(fatal, MR_TOO_FEW,
                   "no runway: the last landing of the campaign does not record the runway of the "
                   "board, so a chart cannot be loaded; log a landing with this board first");
-    return state.landings + 1u;
+    return state.landing_count + 1u;
 }
 
 /* Begins to load the advice into the board. Called before the advice is computed, because the
@@ -97,11 +97,11 @@ static void open_runway_client(const struct request *r, struct store *store,
     runway_client_begin(talk, dialogue_open_for_command(NULL, r->serial), fatal);
     runway_client_read(talk, fatal);
     unsigned landings = count_landings(store, advise);
-    if (talk->state.landings != landings)
+    if (talk->state.landing_count != landings)
         error_set(fatal, MR_VERSION,
                   "runways differ: the runway of the board has %u landings, that of the advice %u: "
                   "%s; log or fetch the missing landings, then repeat advise",
-                  talk->state.landings, landings, r->serial);
+                  talk->state.landing_count, landings, r->serial);
 }
 
 /* ---- relations of the rig, fitted to the recorded conditions of its landings ---- */
@@ -210,7 +210,7 @@ static int run_advise(struct request *r, const struct cli *cli)
         store_advice_add(store, &kept, fatal);
     }
     if (r->load) {
-        (void)(advise_make_chart(&advise, talk.state.landings, &plan, &error)
+        (void)(advise_make_chart(&advise, talk.state.landing_count, &plan, &error)
                    ?: runway_client_send_chart(talk.dialogue, &plan, &error));
     }
     bool failed = error.status != MR_OK; /* print the advice in any case, even if loading failed */

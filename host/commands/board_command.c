@@ -551,8 +551,9 @@ static int print_runway(const struct runway_client *client, const struct cli *cl
     char a[40], b[40];
     answer_add_text(answer, "source", "runway", "%s", mr_runway_source_text(stored->source));
     answer_add_count(answer, "mats", "mats", state->mats);
-    answer_add_count(answer, "landings", "landings", state->landings);
-    answer_add_value(answer, "resistance", "resistance", UNIT_NUMBER, (double)state->scale, 2)
+    answer_add_count(answer, "landings", "landings", state->landing_count);
+    answer_add_value(answer, "resistance", "resistance", UNIT_NUMBER,
+                     (double)state->resistance_scale, 2)
         ->suffix = " times the configured closing resistance";
     answer_add_count(answer, "crc", NULL, (int64_t)stored->crc);
     answer_add_text(answer, NULL, "CRC", "%08x", (unsigned)stored->crc);
@@ -589,7 +590,7 @@ static void write_runway(const char *path, const struct mr_predictor_state *stat
     fprintf(file,
             "# Runway of a board: openings of its joints in inches, upfield first. To load it into "
             "a board: matrig board runway load\nmats %u\nlandings %u\nresistance %.9g\n",
-            state->mats, state->landings, (double)state->scale);
+            state->mats, state->landing_count, (double)state->resistance_scale);
     for (unsigned j = 0; j <= state->mats; j++)
         fprintf(file, "joint %u %.5f\n", j + 1u, state->gap_counts[j] / HMIL_PER_IN);
     output_end(&output, fatal);
@@ -606,9 +607,9 @@ static bool parse_runway_line(const char *line, struct mr_predictor_state *state
     if (sscanf(line, "mats %u %c", &number, &rest) == 1 && number >= 1 && number <= MR_CHAIN_MATS)
         return state->mats = (uint16_t)number, true;
     if (sscanf(line, "landings %u %c", &number, &rest) == 1 && number <= UINT16_MAX)
-        return state->landings = (uint16_t)number, true;
+        return state->landing_count = (uint16_t)number, true;
     if (sscanf(line, "resistance %lf %c", &value, &rest) == 1 && isfinite(value))
-        return state->scale = (float)value, true;
+        return state->resistance_scale = (float)value, true;
     struct quantity_error wrong;
     int used = 0;
     if (sscanf(line, "joint %u %n", &number, &used) != 1 || !used || number < 1 ||
@@ -632,7 +633,7 @@ static void read_runway(const char *path, struct mr_predictor_state *state)
                   strerror(errno), path);
         return;
     }
-    *state = (struct mr_predictor_state){.scale = 1.0f};
+    *state = (struct mr_predictor_state){.resistance_scale = 1.0f};
     while (fgets(line, sizeof line, file)) {
         number++;
         if (!parse_runway_line(line, state, given))

@@ -120,7 +120,7 @@ static struct mr_error_conditions set_nominal_conditions(const struct request *r
     return (struct mr_error_conditions){
         .value = (float)one->value,
         .noise = (float)budget_noise_codes() * fabsf(one->channel.unit_per_code),
-        .averaged = 1.0f,
+        .averaged_blocks = 1.0f,
         .baseline_blocks = movement ? (float)MEASURED_BASELINE_BLOCKS : 0.0f,
         .hours = movement ? 0.0f : (float)r->hours,
         .reference_error = s->config.channel[MR_REFERENCE].gain_error};

@@ -95,9 +95,9 @@ static void list_values(FILE *out, const struct mr_message_info *message,
         }
     }
     for (const struct mr_value *value = field->values;
-         field->coding == MR_CODING_ENUM && value->word; value++) {
-        if (value->word[0])
-            write_value(out, value->number, value->word);
+         field->coding == MR_CODING_ENUM && value->text; value++) {
+        if (value->text[0])
+            write_value(out, value->number, value->text);
     }
 }
 
@@ -123,9 +123,9 @@ static void write_attributes(FILE *out, const struct mr_message_info *messages, 
           "\"CAN\";\n",
           out);
     for (size_t m = 0; m < count; m++) {
-        if (messages[m].every_ms)
+        if (messages[m].period_ms)
             fprintf(out, "BA_ \"GenMsgCycleTime\" BO_ %u %u;\n",
-                    mr_can_id_to_bus(messages[m].id, base), messages[m].every_ms);
+                    mr_can_id_to_bus(messages[m].id, base), messages[m].period_ms);
     }
 }
 

@@ -128,7 +128,7 @@ void live_buckets_add_record(struct live_buckets *b, const struct mr_block *reco
     if ((int64_t)record->index > b->newest_record_block)
         b->newest_record_block = record->index;
     for (unsigned i = 0; i < LIVE_CHANNEL_COUNT && bucket; i++) {
-        if (!is_calibrated(b, i) || record->absent >> i & 1u)
+        if (!is_calibrated(b, i) || record->absent_channels >> i & 1u)
             continue;
         struct mr_reading reading = mr_channel_read(&b->channel[i], record, i, ratio);
         add_reading(b, bucket, i, reading.value, reading.validity, record->index);
@@ -145,7 +145,7 @@ static void add_reading_pack(struct live_buckets *b, const struct mr_message *me
     float values[MR_PACK_READINGS];
     unsigned count = mr_series_pack_get(pack, message->payload, values);
     unsigned first = mr_series_at(pack->series)->kind == MR_KIND_TENSION ? MR_TRANSDUCERS : 0;
-    first += pack->first - 1u;
+    first += pack->first_reading - 1u;
     for (unsigned i = 0; i < count && bucket; i++) {
         bool fitted = !b->channel_known[first + i] || mr_channel_is_sensor(&b->channel[first + i]);
         if (fitted)

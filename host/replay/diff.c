@@ -275,8 +275,9 @@ static bool is_determined_by_record(const struct board_message *answer, int64_t 
 static int64_t count_averaged_blocks(uint16_t id)
 {
     unsigned pack = mr_series_pack_find(id);
-    return pack < MR_SERIES_PACK_COUNT ? mr_series_at(mr_series_pack_at(pack)->series)->blocks - 1
-                                       : 0;
+    return pack < MR_SERIES_PACK_COUNT
+             ? mr_series_at(mr_series_pack_at(pack)->series)->averaged_blocks - 1
+             : 0;
 }
 
 static bool has_own_block(const struct mr_message_info *info)
@@ -458,15 +459,15 @@ static void compare_block(struct comparison *c, const struct mr_block *a, const 
     c->row->pair_count++;
     compare_block_value(c, "tick", a->index, a->tick,
                         b->tick + (uint32_t)c->options->shift_blocks * MR_TICKS_PER_BLOCK);
-    compare_block_value(c, "absent", a->index, a->absent, b->absent);
+    compare_block_value(c, "absent", a->index, a->absent_channels, b->absent_channels);
 #define COMPARE_BLOCK_FIELD(name, field)                              \
     for (size_t i = 0; i < sizeof a->field / sizeof a->field[0]; i++) \
         compare_block_value(c, name, a->index, a->field[i], b->field[i]);
     COMPARE_BLOCK_FIELD("plus", forward_sum)
     COMPARE_BLOCK_FIELD("minus", reversed_sum)
     COMPARE_BLOCK_FIELD("sum", sum)
-    COMPARE_BLOCK_FIELD("low", low)
-    COMPARE_BLOCK_FIELD("high", high)
+    COMPARE_BLOCK_FIELD("low", low_count)
+    COMPARE_BLOCK_FIELD("high", high_count)
 #undef COMPARE_BLOCK_FIELD
 }
 

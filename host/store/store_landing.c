@@ -567,8 +567,8 @@ enum mr_status store_runway_put(struct store *store, int64_t run,
     uint8_t image[MR_RUNWAY_IMAGE_BYTES];
     mr_runway_encode(state, 0, image);
     const struct store_runway row = {.mats = state->mats,
-                                     .landings = state->landings,
-                                     .resistance = (double)state->scale,
+                                     .landings = state->landing_count,
+                                     .resistance = (double)state->resistance_scale,
                                      .source = source,
                                      .crc = mr_runway_crc(state),
                                      .state = {image, sizeof image}};

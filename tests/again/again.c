@@ -217,33 +217,34 @@ static void compare_zone(struct again *again, const struct store_zone *z,
                          struct predict_report *said)
 {
     THROUGH_WIRE(zone, &said->zone);
-    THROUGH_WIRE(zone_lead, &said->lead);
+    THROUGH_WIRE(zone_lead, &said->zone_lead);
     compare(again, "mats", whole(z->mats), said->zone.mats);
     compare(again, "start_ft", z->start_ft, (double)said->zone.start_ft);
     compare(again, "end_ft", z->end_ft, (double)said->zone.end_ft);
-    compare(again, "lead_s", z->lead_s, (double)said->lead.lead_s);
-    compare(again, "wheel_ft", z->wheel_ft, (double)said->lead.wheel_ft);
-    compare(again, "warning", whole(z->warning), said->lead.warning);
-    compare(again, "inferred_percent", whole(z->inferred_percent), said->lead.inferred_percent);
+    compare(again, "lead_s", z->lead_s, (double)said->zone_lead.lead_s);
+    compare(again, "wheel_ft", z->wheel_ft, (double)said->zone_lead.wheel_ft);
+    compare(again, "warning", whole(z->warning), said->zone_lead.warning);
+    compare(again, "inferred_percent", whole(z->inferred_percent),
+            said->zone_lead.inferred_percent);
 }
 
 static void compare_prediction(struct again *again, const struct store_prediction *p,
                                struct predict_report *said)
 {
-    THROUGH_WIRE(zone_error, &said->error);
-    THROUGH_WIRE(zone_coming, &said->coming);
-    THROUGH_WIRE(zone_press, &said->press);
+    THROUGH_WIRE(zone_error, &said->zone_error);
+    THROUGH_WIRE(zone_coming, &said->zone_coming);
+    THROUGH_WIRE(zone_press, &said->zone_press);
     if (said->zone.mats) {
-        compare(again, "start_error_ft", p->start_error_ft, (double)said->error.start_ft);
-        compare(again, "end_error_ft", p->end_error_ft, (double)said->error.end_ft);
-        compare(again, "mean_gap_in", p->mean_gap_in, (double)said->error.mean_gap_in);
+        compare(again, "start_error_ft", p->start_error_ft, (double)said->zone_error.start_ft);
+        compare(again, "end_error_ft", p->end_error_ft, (double)said->zone_error.end_ft);
+        compare(again, "mean_gap_in", p->mean_gap_in, (double)said->zone_error.mean_gap_in);
     }
-    compare(again, "closed_joints", whole(p->closed_joints), said->coming.closed_joints);
-    compare(again, "coming_mats", whole(p->coming_mats), said->coming.mats);
-    compare(again, "coming_wheel_ft", p->coming_wheel_ft, (double)said->coming.wheel_ft);
-    compare(again, "compression_lb", p->compression_lb, (double)said->press.compression_lb);
-    compare(again, "critical_lb", p->critical_lb, (double)said->press.critical_lb);
-    compare(again, "distance_ft", p->distance_ft, (double)said->press.distance_ft);
+    compare(again, "closed_joints", whole(p->closed_joints), said->zone_coming.closed_joints);
+    compare(again, "coming_mats", whole(p->coming_mats), said->zone_coming.mats);
+    compare(again, "coming_wheel_ft", p->coming_wheel_ft, (double)said->zone_coming.wheel_ft);
+    compare(again, "compression_lb", p->compression_lb, (double)said->zone_press.compression_lb);
+    compare(again, "critical_lb", p->critical_lb, (double)said->zone_press.critical_lb);
+    compare(again, "distance_ft", p->distance_ft, (double)said->zone_press.distance_ft);
     compare(again, "verdict", whole(p->verdict), said->verdict.verdict);
     compare(again, "reason", whole(p->reason), said->verdict.reason);
     compare(again, "level", whole(p->level), said->verdict.level);

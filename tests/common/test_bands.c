@@ -81,7 +81,7 @@ TEST(figures_are_those_of_appendix_c)
     mr_bands_end(&bands);
     mr_bands_get_summary(&bands, 0, &figures);
     assert_int_equal(finds, 0);
-    assert_int_equal(figures.gages, 2);
+    assert_int_equal(figures.gage_count, 2);
     assert_near(figures.before_lb, 100.0, 1e-4);
     assert_near(figures.spread_lb, 0.0, 1e-4);
     assert_near(figures.min.tension_lb, 75.0, 1e-4);
@@ -97,7 +97,7 @@ TEST(figures_are_those_of_appendix_c)
     assert_near(figures.min_error_lb, sqrt(0.25 + 0.75 * 0.75), 1e-4);
     assert_near(figures.max_error_lb, sqrt(0.25 + 1.35 * 1.35), 1e-4);
     mr_bands_get_summary(&bands, 1, &figures);
-    assert_int_equal(figures.gages, 0);
+    assert_int_equal(figures.gage_count, 0);
     assert_true(isnan(figures.before_lb) && isnan(figures.min.tension_lb) &&
                 isnan(figures.change_lb));
 }
@@ -116,7 +116,7 @@ TEST(a_rivet_that_lets_go_is_a_pullout)
     assert_int_equal(finds, 1);
     assert_int_equal(found[0].reason, MR_BAND_PULLOUT);
     assert_int_equal(found[0].gage, 1);
-    assert_int_equal(found[0].other, 2);
+    assert_int_equal(found[0].other_gage, 2);
     assert_int_equal(found[0].band, 1);
     assert_near(found[0].value_lb, 60.0, 3.0); /* R; the gear's own ramp is taken off */
 }
@@ -148,7 +148,7 @@ TEST(a_drop_that_stays_is_a_slip)
     assert_int_equal(found[0].reason, MR_BAND_SLIP);
     assert_int_equal(found[0].gage, 2);
     /* it dropped more than gage 3: the connection is on its side */
-    assert_int_equal(found[0].other, 1);
+    assert_int_equal(found[0].other_gage, 1);
     assert_near(found[0].value_lb, 24.0, 0.5);
 }
 
@@ -173,7 +173,7 @@ TEST(a_drop_at_one_gage_is_a_step_and_a_rise_a_load_that_moved_on)
     assert_int_equal(finds, 2);
     assert_int_equal(found[1].reason, MR_BAND_PULLOUT);
     assert_int_equal(found[1].gage, 2);
-    assert_int_equal(found[1].other, 0);
+    assert_int_equal(found[1].other_gage, 0);
 }
 
 TEST(slack_needs_a_wheel_behind_and_more_than_a_moment)
@@ -211,7 +211,7 @@ TEST(unequal_tension_at_rest_is_named)
     assert_int_equal(finds, 1);
     assert_int_equal(found[0].reason, MR_BAND_UNEQUAL);
     assert_int_equal(found[0].gage, 3);
-    assert_int_equal(found[0].other, 1);
+    assert_int_equal(found[0].other_gage, 1);
     assert_near(found[0].value_lb, 26.0, 1e-3);
 }
 
@@ -237,7 +237,7 @@ TEST(a_gage_without_a_reading_takes_no_part)
     mr_bands_end(&bands);
     mr_bands_get_summary(&bands, 0, &figures);
     assert_int_equal(finds, 0);
-    assert_int_equal(figures.gages, 2);
+    assert_int_equal(figures.gage_count, 2);
     assert_near(figures.before_lb, 102.0, 1e-4);
     assert_near(figures.max.tension_lb, 103.0, 1e-4);
 }
@@ -548,7 +548,7 @@ TEST(neighbours_are_those_by_station)
     assert_int_equal(finds, 1);
     assert_int_equal(found[0].reason, MR_BAND_PULLOUT);
     assert_int_equal(found[0].gage, 2);
-    assert_int_equal(found[0].other, 4);
+    assert_int_equal(found[0].other_gage, 4);
     assert_near(found[0].value_lb, 60.0, 3.0);
 }
 

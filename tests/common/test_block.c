@@ -32,7 +32,7 @@ TEST(sums_are_those_worked_out_by_hand)
     assert_int_equal(block.forward_sum[3], 4 * 2103);
     assert_int_equal(block.reversed_sum[3], 4 * 1993);
     assert_int_equal(block.sum[2], 8 * 1020 + 28); /* 0 + 1 + ... + 7 = 28 */
-    assert_int_equal(block.low[0] + block.high[0], 0);
+    assert_int_equal(block.low_count[0] + block.high_count[0], 0);
 }
 
 TEST(saturation_is_counted_per_channel)
@@ -45,10 +45,10 @@ TEST(saturation_is_counted_per_channel)
     adc1[7][15] = 8;
     adc1[6][15] = 9; /* not saturated */
     mr_block_from_scans(&block, 0, 0, transducers, adc1);
-    assert_int_equal(block.low[2], 1);
-    assert_int_equal(block.high[2], 2);
-    assert_int_equal(block.low[MR_TRANSDUCERS + 15], 1);
-    assert_int_equal(block.high[MR_TRANSDUCERS + 15], 0);
+    assert_int_equal(block.low_count[2], 1);
+    assert_int_equal(block.high_count[2], 2);
+    assert_int_equal(block.low_count[MR_TRANSDUCERS + 15], 1);
+    assert_int_equal(block.high_count[MR_TRANSDUCERS + 15], 0);
 }
 
 /* Each code from the ends of the converter in each place of the scans, beside codes of its
@@ -70,8 +70,8 @@ TEST(one_saturated_code_is_found_wherever_it_is)
                                        : &adc1[scan][channel - MR_TRANSDUCERS]) = ends[i];
             mr_block_from_scans(&block, 0, 0, transducers, adc1);
             for (unsigned c = 0; c < MR_CHANNELS; c++) {
-                assert_int_equal(block.low[c], c == channel && ends[i] <= 8);
-                assert_int_equal(block.high[c], c == channel && ends[i] >= 4087);
+                assert_int_equal(block.low_count[c], c == channel && ends[i] <= 8);
+                assert_int_equal(block.high_count[c], c == channel && ends[i] >= 4087);
             }
         }
     }
@@ -142,14 +142,14 @@ TEST(some_channels_are_summed_like_all)
         }
         mr_scan_select_channels(&scan, absent);
         assert_int_equal(scan.transducer_count * MR_SCANS_PER_BLOCK, at[0]);
-        assert_int_equal(scan.other_count * MR_SCANS_PER_BLOCK, at[1]);
+        assert_int_equal(scan.adc1_count * MR_SCANS_PER_BLOCK, at[1]);
         mr_block_from_scans(&all, 3, 4, transducers, adc1);
         mr_block_from_fitted_scans(&some, &scan, 3, 4, some_transducers, some_others);
-        assert_int_equal(some.absent, absent);
+        assert_int_equal(some.absent_channels, absent);
         for (unsigned c = 0; c < MR_CHANNELS; c++) {
             bool there = c >= 22 || !(absent >> c & 1u);
-            assert_int_equal(some.low[c], there ? all.low[c] : 0);
-            assert_int_equal(some.high[c], there ? all.high[c] : 0);
+            assert_int_equal(some.low_count[c], there ? all.low_count[c] : 0);
+            assert_int_equal(some.high_count[c], there ? all.high_count[c] : 0);
             if (c < MR_TRANSDUCERS) {
                 assert_int_equal(some.forward_sum[c], there ? all.forward_sum[c] : 0);
                 assert_int_equal(some.reversed_sum[c], there ? all.reversed_sum[c] : 0);
@@ -167,7 +167,7 @@ TEST(some_channels_are_summed_like_all)
 
 TEST(a_record_of_switches_alone_is_18_bytes)
 {
-    struct mr_block block = {.index = 0x11, .tick = 0x22, .absent = 0x3fffff}, got;
+    struct mr_block block = {.index = 0x11, .tick = 0x22, .absent_channels = 0x3fffff}, got;
     uint8_t out[MR_BLOCK_BYTES_MAX];
     block.sum[MR_ADC1_STAIRCASE] = 0x4433;
     block.sum[MR_ADC1_REFERENCE] = 0x6655;

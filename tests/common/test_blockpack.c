@@ -39,7 +39,7 @@ TEST(a_key_and_a_still_block_by_hand)
 TEST(what_is_absent_costs_no_bits)
 {
     struct mr_pack pack;
-    struct mr_block block = {.index = 1, .tick = 2, .absent = 0x3fffff};
+    struct mr_block block = {.index = 1, .tick = 2, .absent_channels = 0x3fffff};
     uint8_t bits[MR_PACK_BYTES_MAX];
     assert_int_equal(mr_pack_key_block(&pack, &block, bits), 69 + 29);
     assert_int_equal(bits[8] >> 5 | (bits[9] & 3u) << 3, 2 | 5 << 2);
@@ -50,7 +50,7 @@ TEST(what_is_absent_costs_no_bits)
     block.index = 2;
     block.tick += MR_TICKS_PER_BLOCK;
     assert_true(mr_pack_can_omit_key(&pack, &block));
-    block.absent = 0x3ffffe; /* another set of channels needs a key */
+    block.absent_channels = 0x3ffffe; /* another set of channels needs a key */
     assert_false(mr_pack_can_omit_key(&pack, &block));
     /* and so does a mask: kind 5 where there is no key, or without a staircase */
     struct mr_record record;
@@ -92,14 +92,14 @@ static void make(struct mr_block *block, const struct mr_block *before, enum loo
             *value = (uint16_t)(draw(2) * codes * 4095);
     }
     for (unsigned c = 0; c < MR_CHANNELS && look == SATURATED; c++) {
-        block->low[c] = (uint8_t)(draw(3) ? 0 : draw(5));
-        block->high[c] = (uint8_t)draw(5);
+        block->low_count[c] = (uint8_t)(draw(3) ? 0 : draw(5));
+        block->high_count[c] = (uint8_t)draw(5);
     }
 }
 
 static void leave_out(struct mr_block *block, uint32_t absent)
 {
-    block->absent = absent;
+    block->absent_channels = absent;
     for (unsigned c = 0; c < 22; c++) {
         if (!(absent >> c & 1u))
             continue;
@@ -107,7 +107,7 @@ static void leave_out(struct mr_block *block, uint32_t absent)
             block->forward_sum[c] = block->reversed_sum[c] = 0;
         else
             block->sum[c - 8] = 0;
-        block->low[c] = block->high[c] = 0;
+        block->low_count[c] = block->high_count[c] = 0;
     }
 }
 

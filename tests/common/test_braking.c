@@ -84,7 +84,7 @@ TEST(the_closed_form_is_found)
         0.0, 0.0);
     /* none contradicts the others */
     assert_int_equal(mr_braking_drop_worst_gate(gates, count, ERROR_FT, &fit), MR_LIMIT);
-    assert_int_equal(fit.left_out, 0);
+    assert_int_equal(fit.excluded_mask, 0);
 }
 
 /* A switch within the 50 ms in which the brake rises, and gates of which some are left out
@@ -117,9 +117,9 @@ TEST(the_worst_are_left_out_one_by_one)
     assert_int_equal(mr_braking_fit(gates, count, TOUCHDOWN_FT, ERROR_FT, 0, &fit), MR_OK);
     assert_false(mr_braking_is_accepted(&fit));
     assert_int_equal(mr_braking_drop_worst_gate(gates, count, ERROR_FT, &fit), MR_OK);
-    assert_int_equal(fit.left_out, 1u << 5);
+    assert_int_equal(fit.excluded_mask, 1u << 5);
     assert_int_equal(mr_braking_drop_worst_gate(gates, count, ERROR_FT, &fit), MR_OK);
-    assert_int_equal(fit.left_out, 1u << 5 | 1u << 8);
+    assert_int_equal(fit.excluded_mask, 1u << 5 | 1u << 8);
     assert_true(mr_braking_is_accepted(&fit));
     assert_near(fit.speed_ft_s, SPEED_FT_S, 2e-3);
     /* a fifth of 11 gates is 2: with three out there is no more to be had, however bad the rest */

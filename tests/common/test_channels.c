@@ -92,7 +92,7 @@ TEST(a_bridge_at_an_end_is_open_or_short)
     block = block_of(1.7, 1.6, 3.3, 2.5);
     assert_int_equal(mr_channel_read(&gage, &block, MR_TRANSDUCERS, 1.0f).validity,
                      MR_INVALID_SHORT);
-    block.high[MR_TRANSDUCERS] = 7; /* one code of eight came back: it only touches the end */
+    block.high_count[MR_TRANSDUCERS] = 7; /* one code of eight came back: it only touches the end */
     assert_int_equal(mr_channel_read(&gage, &block, MR_TRANSDUCERS, 1.0f).validity,
                      MR_INVALID_SATURATED);
 }
@@ -111,10 +111,10 @@ TEST(the_reference_takes_the_scale_out_of_reading_and_zero)
     assert_near(reading.code, 0.303 / 3.3 * 4096.0, 1.0);
     /* a mean that looks good of codes that were not */
     const uint8_t reference = MR_TRANSDUCERS + MR_ADC1_REFERENCE;
-    block.low[reference] = 1;
+    block.low_count[reference] = 1;
     assert_true(isnan(mr_reference_ratio(&plain_reference, &block)));
-    block.low[reference] = 0;
-    block.high[reference] = 1;
+    block.low_count[reference] = 0;
+    block.high_count[reference] = 1;
     assert_true(isnan(mr_reference_ratio(&plain_reference, &block)));
 }
 

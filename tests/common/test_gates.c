@@ -44,15 +44,15 @@ TEST(uniform_deceleration_is_recovered)
                  stop_ft = 3.0 + 98.0 + 28.0 * DELAY_S - 2.0 * SHAPE * DELAY_S * DELAY_S;
     assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
     assert_true(summary.is_uniform);
-    assert_int_equal(summary.outlier, 0);
+    assert_int_equal(summary.outlier_mask, 0);
     /* The shape of the rise is not told by the gates: it costs less than a fifth of the error. */
     assert_near(summary.touchdown_speed_ft_s.value, 28.0, 1e-3);
     assert_near(summary.touchdown_t_s.value, 10.0, 1e-5);
     assert_near(summary.mean_deceleration_ft_s2.value, 28.0 / (stop_s - 10.0), 2e-4);
     assert_near(summary.stop_t_s.value, stop_s, 2e-4);
     assert_near(summary.stop_station_ft.value, stop_ft, 5e-4);
-    assert_int_equal(summary.before_touchdown, 2); /* the switches at -2.5 and 2.5 ft */
-    assert_int_equal(summary.used_for_stop, count);
+    assert_int_equal(summary.gates_before_touchdown, 2); /* the switches at -2.5 and 2.5 ft */
+    assert_int_equal(summary.gates_used_for_stop, count);
     /* better than the track alone, 28 * 1.41 s / 5 ft, but not by magic: the delay is not known
      * well */
     double track = 28.0 * 1.4142136 * SWITCH_ERROR_FT / 5.0;
@@ -63,7 +63,7 @@ TEST(uniform_deceleration_is_recovered)
      * ms of 4 ft/s2. */
     assert_int_equal(mr_gates_summarise(gates + 2, count - 2, 3.0, SWITCH_ERROR_FT, &summary),
                      MR_OK);
-    assert_int_equal(summary.before_touchdown, 0);
+    assert_int_equal(summary.gates_before_touchdown, 0);
     assert_near(summary.touchdown_speed_ft_s.value, 28.0, 2e-3);
     assert_near(summary.touchdown_speed_ft_s.error, 0.012 * 4.0, 0.2 * 0.012 * 4.0);
 }
@@ -77,8 +77,8 @@ TEST(a_late_switch_is_left_out)
         size_t count = uniform_gates(3.0, 28.0, 4.0, gates);
         gates[late].t_s += 3e-3;
         assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
-        assert_int_equal(summary.outlier, 1u << late);
-        assert_near(summary.late_s[late], 3e-3, 3e-4);
+        assert_int_equal(summary.outlier_mask, 1u << late);
+        assert_near(summary.lateness_s[late], 3e-3, 3e-4);
         assert_near(summary.touchdown_speed_ft_s.value, 28.0, 0.028);
     }
 }
@@ -198,7 +198,7 @@ TEST(a_late_brake_is_no_early_switch)
                 summary.stop_station_ft.error,
         };
         of++;
-        named += summary.outlier != 0;
+        named += summary.outlier_mask != 0;
         for (unsigned k = 0; k < 5; k++) {
             inside[k] += fabs(off[k]) < 1.96;
             beyond += fabs(off[k]) > 5.0;
@@ -269,7 +269,7 @@ TEST(a_changing_deceleration_is_followed)
     assert_true(count > 14);
     assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
     double stop_s = DELAY_S + (-6.6 + sqrt(6.6 * 6.6 + 4.0 * 0.25 * 35.5)) / 0.5;
-    assert_in_range(summary.used_for_stop, 4, 7); /* eight are not described by a parabola */
+    assert_in_range(summary.gates_used_for_stop, 4, 7); /* eight are not described by a parabola */
     assert_near(summary.touchdown_speed_ft_s.value, 35.5, 0.002 * 35.5);
     assert_near(summary.mean_deceleration_ft_s2.value, 35.5 / stop_s, 0.02 * 35.5 / stop_s);
     assert_near(summary.stop_t_s.value, stop_s, 3.0 * summary.stop_t_s.error);
@@ -306,7 +306,7 @@ TEST(the_lowest_order_that_is_enough_is_taken)
             gates[i] = (struct mr_gate){.t_s = t, .station_ft = x};
         }
         assert_int_equal(mr_gates_fit_best(gates, 20, SWITCH_ERROR_FT, &fit), MR_OK);
-        assert_int_equal(fit.order, order);
+        assert_int_equal(fit.degree, order);
         mr_gates_motion_at_time(&fit, 2.0, &motion);
         double speed = c[1] + 4.0 * c[2] + (order > 2 ? 12.0 * c[3] : 0.0) +
                        (order > 3 ? 32.0 * c[4] : 0.0);
@@ -316,9 +316,9 @@ TEST(the_lowest_order_that_is_enough_is_taken)
         assert_near(motion.deceleration_ft_s2.value, -rise, 1e-8);
         /* with few gates no higher order is tried: three degrees of freedom must remain */
         assert_int_equal(mr_gates_fit_best(gates, 6, SWITCH_ERROR_FT, &fit), MR_OK);
-        assert_int_equal(fit.order, 2);
+        assert_int_equal(fit.degree, 2);
         assert_int_equal(mr_gates_fit_best(gates, 2, SWITCH_ERROR_FT, &fit), MR_OK);
-        assert_int_equal(fit.order, 1);
+        assert_int_equal(fit.degree, 1);
         assert_int_equal(mr_gates_fit_best(gates, 1, SWITCH_ERROR_FT, &fit), MR_TOO_FEW);
         assert_int_equal(mr_gates_motion_at_station(&fit, 1e4, false, &motion),
                          MR_NUMERICS); /* never there */
@@ -387,7 +387,7 @@ TEST(an_uneven_brake_is_taken_apart)
             assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary),
                              MR_OK);
             assert_false(summary.is_uniform);
-            assert_int_equal(summary.before_touchdown, 2 - first);
+            assert_int_equal(summary.gates_before_touchdown, 2 - first);
             assert_near(summary.touchdown_speed_ft_s.value, 32.0, 0.01 * 32.0);
             assert_near(summary.stop_t_s.value, stop_s, 0.01 + 3.0 * summary.stop_t_s.error);
             assert_near(summary.stop_station_ft.value, stop_ft,
@@ -410,9 +410,9 @@ TEST(a_late_switch_near_the_stop_is_left_out)
     gates[count - 3].t_s += 10e-3;
     assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
     assert_false(summary.is_uniform);
-    assert_int_equal(summary.outlier, 1u << (count - 3));
-    assert_near(summary.late_s[count - 3], 10e-3, 1e-3);
-    assert_int_equal(summary.used_for_stop, 7);
+    assert_int_equal(summary.outlier_mask, 1u << (count - 3));
+    assert_near(summary.lateness_s[count - 3], 10e-3, 1e-3);
+    assert_int_equal(summary.gates_used_for_stop, 7);
     assert_near(summary.stop_station_ft.value, stop_ft, 0.05);
 }
 
@@ -430,7 +430,7 @@ TEST(few_gates_that_disagree_have_wide_errors)
     gates[2].station_ft += 0.1;
     assert_int_equal(mr_gates_summarise(gates, 4, 3.0, SWITCH_ERROR_FT, &bad), MR_OK);
     assert_false(bad.is_uniform);
-    assert_int_equal(bad.used_for_stop, 4);
+    assert_int_equal(bad.gates_used_for_stop, 4);
     assert_true(bad.touchdown_speed_ft_s.error > 5.0 * good.touchdown_speed_ft_s.error);
     assert_true(bad.stop_station_ft.error > 5.0 * good.stop_station_ft.error);
     assert_near(bad.touchdown_speed_ft_s.value, 28.0, 1.96 * bad.touchdown_speed_ft_s.error);

@@ -148,8 +148,8 @@ static void intervals_hold(double place_in, double stated_in)
         assert_int_equal(heard.named, opened);
         assert_int_equal(heard.bounces, bounces);
         assert_int_equal(heard.other, 0);
-        assert_int_equal(heard.passage.gates, opened >= 2 ? opened : 0);
-        enum mr_status status = mr_gates_summarise(heard.passage.gate, heard.passage.gates,
+        assert_int_equal(heard.passage.gate_count, opened >= 2 ? opened : 0);
+        enum mr_status status = mr_gates_summarise(heard.passage.gate, heard.passage.gate_count,
                                                    SEEDED_TOUCHDOWN_FT, stated_in / 12.0, &summary);
         assert_int_equal(status == MR_OK, can_be_known(&landing));
         if (status != MR_OK)
@@ -162,7 +162,7 @@ static void intervals_hold(double place_in, double stated_in)
         stop += fabs(summary.stop_station_ft.value - landing.stop_ft) <=
                 1.96 * summary.stop_station_ft.error;
         even += summary.is_uniform;
-        outlier += summary.outlier != 0;
+        outlier += summary.outlier_mask != 0;
     }
     qsort(speed_error, known, sizeof speed_error[0], by_size);
     printf("# %.2f in: %u of %u known, even braking in %u, a switch left out in %u; speed error "

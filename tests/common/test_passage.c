@@ -43,7 +43,7 @@ static struct mr_passage_changes open_after(unsigned position, double after_s)
 static unsigned notes_of(unsigned position, enum mr_switch_reason reason)
 {
     unsigned count = 0;
-    for (unsigned i = 0; i < passage.events; i++)
+    for (unsigned i = 0; i < passage.event_count; i++)
         count += passage.event[i].position == position && passage.event[i].reason == reason;
     return count;
 }
@@ -62,10 +62,10 @@ TEST_IN(two_edges_along_the_runway_are_a_landing, begin, NULL)
     assert_false(mr_passage_is_ambiguous(&passage, block_after(3.1)));
     news = open_after(2, 0.25); /* 20 ft/s */
     assert_true(news.has_started_landing && news.has_new_gate);
-    assert_int_equal(passage.gates, 2);
+    assert_int_equal(passage.gate_count, 2);
     assert_near(passage.gate[1].t_s, 0.25, 1e-7);
-    assert_near(passage.entry_ft_s, 20.0, 1e-5);
-    assert_int_equal(passage.events, 0);
+    assert_near(passage.entry_speed_ft_s, 20.0, 1e-5);
+    assert_int_equal(passage.event_count, 0);
     assert_false(mr_passage_is_ambiguous(&passage, block_after(0.1)));
     /* a landing is not given up by waiting */
     assert_false(mr_passage_on_block(&passage, block_after(31.0)));
@@ -80,10 +80,10 @@ TEST_IN(switches_that_did_not_open_are_missing, begin, NULL)
     assert_int_equal(notes_of(2, MR_SWITCH_MISSING), 1);
     assert_int_equal(notes_of(4, MR_SWITCH_MISSING), 1);
     assert_int_equal(notes_of(5, MR_SWITCH_MISSING), 1);
-    assert_int_equal(passage.events, 4);
+    assert_int_equal(passage.event_count, 4);
     open_after(8, 0.5);
     assert_int_equal(notes_of(7, MR_SWITCH_MISSING), 1);
-    assert_int_equal(passage.events, 1);
+    assert_int_equal(passage.event_count, 1);
 }
 
 /* 1.9 and 81 ft/s are no gear; 2.1 and 79 are. */
@@ -110,8 +110,8 @@ TEST_IN(an_edge_out_of_order_before_the_landing_does_not_hide_it, begin, NULL)
     open_after(9, 0.05);                                  /* 700 ft/s: no gear */
     assert_true(open_after(3, 0.15).has_started_landing); /* 25 ft/s from the first */
     assert_int_equal(notes_of(9, MR_SWITCH_OUT_OF_ORDER), 1);
-    assert_int_equal(passage.source[0].position, 2);
-    assert_near(passage.entry_ft_s, 25.0, 1e-4);
+    assert_int_equal(passage.gate_edge[0].position, 2);
+    assert_near(passage.entry_speed_ft_s, 25.0, 1e-4);
 }
 
 /* Four are held; the fifth pushes the oldest out. */
@@ -120,15 +120,15 @@ TEST_IN(a_handful_of_strays_is_remembered, begin, NULL)
     const unsigned strays[] = {2, 12, 22, 32};
     for (unsigned i = 0; i < 4; i++)
         assert_false(open_after(strays[i], 0.01).has_started_landing); /* 5000 ft/s */
-    assert_int_equal(passage.events, 0);
+    assert_int_equal(passage.event_count, 0);
     assert_false(open_after(40, 0.01).has_started_landing);
     assert_int_equal(notes_of(2, MR_SWITCH_OUT_OF_ORDER), 1);
     assert_true(mr_passage_on_block(&passage, block_after(30.001)));
     for (unsigned i = 1; i < 4; i++)
         assert_int_equal(notes_of(strays[i], MR_SWITCH_SINGLE), 1);
-    assert_int_equal(passage.events, 4);
+    assert_int_equal(passage.event_count, 4);
     assert_int_equal(passage.state, MR_PASSAGE_NONE);
-    assert_int_equal(passage.pushbacks, 0);
+    assert_int_equal(passage.pushback_count, 0);
 }
 
 TEST_IN(pushed_backward_is_one_pushback, begin, NULL)
@@ -137,10 +137,10 @@ TEST_IN(pushed_backward_is_one_pushback, begin, NULL)
     struct mr_passage_changes news = open_after(7, 5.0); /* -1 ft/s */
     assert_true(news.has_new_pushback);
     assert_int_equal(notes_of(8, MR_SWITCH_REVERSE), 1);
-    assert_near(passage.pushed_ft_s, -1.0, 1e-6);
-    assert_int_equal(passage.pushed_position, 7);
+    assert_near(passage.pushback_speed_ft_s, -1.0, 1e-6);
+    assert_int_equal(passage.pushback_position, 7);
     assert_false(open_after(6, 5.0).has_new_pushback); /* the same one */
-    assert_int_equal(passage.pushbacks, 1);
+    assert_int_equal(passage.pushback_count, 1);
     assert_true(mr_passage_is_ambiguous(&passage, block_after(29.0)));
     assert_false(mr_passage_on_block(&passage, block_after(29.9)));
     assert_true(mr_passage_on_block(&passage, block_after(30.1)));
@@ -148,7 +148,7 @@ TEST_IN(pushed_backward_is_one_pushback, begin, NULL)
     assert_false(mr_passage_is_ambiguous(&passage, block_after(30.2)));
     open_after(8, 40.0);
     assert_true(open_after(7, 5.0).has_new_pushback); /* another one */
-    assert_int_equal(passage.pushbacks, 2);
+    assert_int_equal(passage.pushback_count, 2);
 }
 
 TEST_IN(pushed_slowly_forward_is_one_too, begin, NULL)
@@ -162,10 +162,10 @@ TEST_IN(pushed_slowly_forward_is_one_too, begin, NULL)
 
 TEST_IN(the_count_of_pushbacks_stays_at_its_end, begin, NULL)
 {
-    passage.pushbacks = UINT16_MAX;
+    passage.pushback_count = UINT16_MAX;
     open_after(8, 0.0);
     assert_true(open_after(7, 5.0).has_new_pushback);
-    assert_int_equal(passage.pushbacks, UINT16_MAX);
+    assert_int_equal(passage.pushback_count, UINT16_MAX);
 }
 
 /* Nobody pushes at 25 ft/s backward: a switch was late, and the landing may still come. */
@@ -173,7 +173,7 @@ TEST_IN(fast_backward_is_no_pushback, begin, NULL)
 {
     open_after(2, 0.0);
     assert_false(open_after(1, 0.2).has_new_pushback);
-    assert_int_equal(passage.pushbacks, 0);
+    assert_int_equal(passage.pushback_count, 0);
     /* 33 ft/s since the second switch, 0.3 s for 5 ft from it */
     assert_true(open_after(3, 0.1).has_started_landing);
 }
@@ -183,8 +183,8 @@ static void roll_in(void)
     open_after(1, 0.0);
     open_after(2, 0.2);
     open_after(3, 0.2); /* 25 ft/s */
-    assert_int_equal(passage.gates, 3);
-    assert_near(passage.entry_ft_s, 25.0, 1e-4);
+    assert_int_equal(passage.gate_count, 3);
+    assert_near(passage.entry_speed_ft_s, 25.0, 1e-4);
 }
 
 /* It came in at 25 ft/s: 25 * 1.25 + 3 = 34.25 ft/s is what a gear could have. */
@@ -197,7 +197,7 @@ TEST_IN(no_gear_gets_much_faster, begin, NULL)
     /* 40 ft/s, and 20 / 0.575 = 34.8 from the second on */
     assert_false(open_after(6, 15.0 / 40.0).has_new_gate);
     assert_int_equal(notes_of(6, MR_SWITCH_OUT_OF_ORDER), 1);
-    assert_int_equal(passage.gates, 3);
+    assert_int_equal(passage.gate_count, 3);
 }
 
 /* With two gates nobody knows yet how fast it came in: what no gear does is refused all the same,
@@ -208,7 +208,7 @@ TEST_IN(the_third_edge_may_be_nonsense, begin, NULL)
     open_after(2, 0.2);
     assert_false(open_after(9, 0.05).has_new_gate); /* 700 ft/s */
     assert_int_equal(notes_of(9, MR_SWITCH_OUT_OF_ORDER), 1);
-    assert_int_equal(passage.gates, 2);
+    assert_int_equal(passage.gate_count, 2);
     assert_true(open_after(3, 0.15).has_new_gate);
 }
 
@@ -218,8 +218,8 @@ TEST_IN(a_late_switch_is_taken_back, begin, NULL)
     assert_true(open_after(4, 0.3).has_new_gate); /* 0.1 s late */
     assert_true(open_after(5, 0.1).has_new_gate); /* 50 ft/s from there, 25 ft/s from the third */
     assert_int_equal(notes_of(4, MR_SWITCH_LATE), 1);
-    assert_int_equal(passage.gates, 4);
-    assert_int_equal(passage.source[3].position, 5);
+    assert_int_equal(passage.gate_count, 4);
+    assert_int_equal(passage.gate_edge[3].position, 5);
     assert_near(passage.gate[3].t_s, 0.8, 1e-6);
 }
 
@@ -228,7 +228,7 @@ TEST_IN(passed_once_more_while_it_rolls_is_out_of_order, begin, NULL)
     roll_in();
     assert_false(open_at(1, 0.1, 24.0).has_new_gate);
     assert_int_equal(notes_of(1, MR_SWITCH_OUT_OF_ORDER), 1);
-    assert_int_equal(passage.pushbacks, 0);
+    assert_int_equal(passage.pushback_count, 0);
 }
 
 TEST_IN(pushed_after_the_stop_is_a_pushback_and_no_gate, begin, NULL)
@@ -241,8 +241,8 @@ TEST_IN(pushed_after_the_stop_is_a_pushback_and_no_gate, begin, NULL)
     news = open_at(4, 4.0, 0.0);         /* forward again: 5 ft since the last gate in 12 s */
     assert_false(news.has_new_pushback); /* the same one goes on */
     assert_int_equal(notes_of(4, MR_SWITCH_SLOW), 1);
-    assert_int_equal(passage.gates, 3);
-    assert_int_equal(passage.pushbacks, 1);
+    assert_int_equal(passage.gate_count, 3);
+    assert_int_equal(passage.pushback_count, 1);
 }
 
 /* More switches than gates: those beyond are left out without a word that would be wrong. */
@@ -250,10 +250,10 @@ TEST_IN(there_are_32_gates, begin, NULL)
 {
     for (unsigned position = 1; position <= MR_GATES_MAX; position++)
         assert_int_equal(open_after(position, 0.2).has_new_gate, position > 1);
-    assert_int_equal(passage.gates, MR_GATES_MAX);
+    assert_int_equal(passage.gate_count, MR_GATES_MAX);
     assert_false(open_after(33, 0.2).has_new_gate);
-    assert_int_equal(passage.gates, MR_GATES_MAX);
-    assert_int_equal(passage.events, 0);
+    assert_int_equal(passage.gate_count, MR_GATES_MAX);
+    assert_int_equal(passage.event_count, 0);
 }
 
 TEST_IN(the_next_landing_begins_without_the_last, begin, NULL)
@@ -261,9 +261,9 @@ TEST_IN(the_next_landing_begins_without_the_last, begin, NULL)
     open_after(8, 0.0);
     open_after(7, 5.0);
     mr_passage_clear(&passage);
-    assert_int_equal(passage.pushbacks, 1);
+    assert_int_equal(passage.pushback_count, 1);
     assert_false(open_after(1, 0.1).has_started_landing);
     assert_true(open_after(2, 0.2).has_started_landing);
-    assert_int_equal(passage.events, 0);
-    assert_int_equal(passage.gates, 2);
+    assert_int_equal(passage.event_count, 0);
+    assert_int_equal(passage.gate_count, 2);
 }

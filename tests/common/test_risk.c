@@ -45,7 +45,7 @@ static struct mr_risk_plan even(void)
 static struct mr_risk_plan charted(float landings)
 {
     struct mr_risk_plan plan = even();
-    plan.landings = landings;
+    plan.landing_count = landings;
     plan.chart_deceleration_ft_s2[0] = 4.0f;
     plan.chart_deceleration_ft_s2[1] = 8.0f;
     plan.chart_log_odds[0] = -1.0f;
@@ -101,7 +101,7 @@ TEST(a_plan_is_a_list_of_numbers)
     assert_true(isnan(mr_risk_plan_get_item(&copy, MR_RISK_PLAN_ITEM_COUNT)));
     assert_int_equal(mr_risk_plan_crc(&plan), mr_risk_plan_crc(&copy));
     assert_true(copy.chart_log_odds[1] == 2.0f && copy.plan_deceleration_ft_s2[0] == 6.0f &&
-                copy.landings == 3.0f);
+                copy.landing_count == 3.0f);
     copy.chart_log_odds[1] = 2.0000002f;
     assert_int_not_equal(mr_risk_plan_crc(&plan), mr_risk_plan_crc(&copy));
 }
@@ -126,7 +126,7 @@ TEST(what_makes_no_sense_is_no_plan)
     WRONG(p.chart_deceleration_ft_s2[1] = 3.0f);
     WRONG(p.chart_log_odds[0] = NAN);
     WRONG(p.chart_log_odds[0] = INFINITY);
-    WRONG(p.landings = NAN);
+    WRONG(p.landing_count = NAN);
     WRONG(p.chart_zone_ft[0] = 1e9f);
 }
 
@@ -260,12 +260,12 @@ TEST(failure_is_expected_inside_the_zone)
 TEST(a_zone_that_is_there_outweighs_the_chart)
 {
     struct mr_risk_plan plan = charted(0.0f);
-    const struct mr_predictor_zone none = {.future_mats = 60, .future_ft = 60.0f},
+    const struct mr_predictor_zone none = {.future_mats = 60, .future_wheel_ft = 60.0f},
                                    there = {.mats = 60,
                                             .start_ft = 40.0f,
                                             .end_ft = 57.14f,
                                             .future_mats = 60,
-                                            .future_ft = 40.0f};
+                                            .future_wheel_ft = 40.0f};
     struct mr_risk_report expected, seen, plain;
     plan.chart_log_odds[0] = plan.chart_log_odds[1] = -6.0f;
     begin(&plan);

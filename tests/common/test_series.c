@@ -41,25 +41,25 @@ TEST(a_pack_is_the_message_of_the_catalogue)
         uint8_t out[MR_MESSAGE_BYTES_MAX];
         char name[16];
         assert_int_equal(mr_series_pack_find(pack->id), number);
-        assert_int_equal(info->every_ms, series->blocks);
-        assert_int_equal(pack->first, seen[pack->series] + 1);
-        seen[pack->series] += pack->count;
-        for (unsigned i = 0; i < series->readings; i++)
+        assert_int_equal(info->period_ms, series->averaged_blocks);
+        assert_int_equal(pack->first_reading, seen[pack->series] + 1);
+        seen[pack->series] += pack->reading_count;
+        for (unsigned i = 0; i < series->reading_count; i++)
             values[i] = 0.5f * (float)i - 1.0f;
         assert_int_equal(mr_series_pack_put(pack, values, 70000, out), info->length);
-        assert_int_equal(mr_series_pack_get(pack, out, got), pack->count);
-        for (unsigned i = 0; i < pack->count; i++) {
-            snprintf(name, sizeof name, "%c%u_%s", series->letter, pack->first + i,
+        assert_int_equal(mr_series_pack_get(pack, out, got), pack->reading_count);
+        for (unsigned i = 0; i < pack->reading_count; i++) {
+            snprintf(name, sizeof name, "%c%u_%s", series->letter, pack->first_reading + i,
                      info->fields[i].unit);
             assert_string_equal(info->fields[i].name, name);
             assert_true(mr_field_value(&info->fields[i], out) ==
-                        (double)values[pack->first - 1 + i]);
-            assert_true(got[i] == values[pack->first - 1 + i]);
+                        (double)values[pack->first_reading - 1 + i]);
+            assert_true(got[i] == values[pack->first_reading - 1 + i]);
             assert_true(info->fields[i].counts_per_unit == series->counts_per_unit);
         }
         assert_true(mr_field_value(&info->fields[info->field_count - 1], out) == 70000 - 65536);
     }
     for (unsigned i = 0; i < MR_SERIES_COUNT; i++)
-        assert_int_equal(seen[i], mr_series_at(i)->readings);
+        assert_int_equal(seen[i], mr_series_at(i)->reading_count);
     assert_int_equal(mr_series_pack_find(MR_ID_HELLO), MR_SERIES_PACK_COUNT);
 }

@@ -249,7 +249,7 @@ TEST_IN(there_is_room_for_32, begin, NULL)
     for (unsigned i = 0; i < MR_SWITCHES_WAITING_MAX; i++)
         assert_true(mr_switches_add_edge(&switches, block * BLOCK_TICKS + 1000 * i));
     assert_false(mr_switches_add_edge(&switches, block * BLOCK_TICKS + 40000));
-    assert_int_equal(switches.count, MR_SWITCHES_WAITING_MAX);
+    assert_int_equal(switches.waiting_count, MR_SWITCHES_WAITING_MAX);
     block++;
     for (unsigned n = 0; n < 6; n++, block++) { /* ten would be needed after the last of fewer */
         mr_switches_add_level(&switches, block * BLOCK_TICKS, 62.0f);

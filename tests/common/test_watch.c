@@ -314,8 +314,11 @@ TEST(the_terms_of_an_error_add_up)
                                         .zero_error = 0.02f,
                                         .linearity_error = 0.01f,
                                         .drift_error_per_h = 0.004f};
-    struct mr_error_conditions reading = {
-        .value = 2.0f, .noise = 0.003f, .averaged = 9.0f, .hours = 1.0f, .reference_error = 0.001f};
+    struct mr_error_conditions reading = {.value = 2.0f,
+                                          .noise = 0.003f,
+                                          .averaged_blocks = 9.0f,
+                                          .hours = 1.0f,
+                                          .reference_error = 0.001f};
     assert_near(mr_reading_error(&c, &reading), 0.024928, 0.000001);
     /* of a movement: sqrt(0.003^2/9 + 0.003^2/100 + 0.01^2 + (0.005*2)^2 + (0.004*0.5)^2 +
      * (0.001*2)^2) */
@@ -333,7 +336,7 @@ TEST(at_rest_without_noise_rounding_is_left)
     const struct mr_channel_config c = {
         .unit_per_code = 0.001f, .linearity_error = 0.01f, .low = -1.0f, .high = 7.0f};
     struct mr_error_conditions still = {
-        .value = 0.0f, .noise = 0.0f, .averaged = 100.0f, .baseline_blocks = 256.0f};
+        .value = 0.0f, .noise = 0.0f, .averaged_blocks = 100.0f, .baseline_blocks = 256.0f};
     assert_near(mr_reading_error(&c, &still), 0.000289, 1e-6);
     still.value = -0.4082483f; /* half of sqrt(2/3) of an eighth of the range, 1 in */
     assert_near(mr_reading_error(&c, &still), 0.005008, 1e-5);

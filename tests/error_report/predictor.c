@@ -264,7 +264,8 @@ static void play(struct mr_predictor *p, const struct gear *gear, const struct s
             input.displacement_in[i] = transducers ? (float)true_in(truth, ms, 40.0 + 10.0 * i)
                                                    : NAN;
         mr_predictor_on_block(p, &input);
-        cycles[ms + 1] = PREDICTOR_CYCLES((double)p->updates, (double)p->visits, (double)(ms + 1));
+        cycles[ms + 1] = PREDICTOR_CYCLES((double)p->updates, (double)p->examined_joints,
+                                          (double)(ms + 1));
         for (unsigned i = 0; i < STATIONS; i++) {
             double off_in = 12.0 * ((double)mr_chain_displacement_ft(&p->chain, 10u * i + 1u) -
                                     truth->sample_u_ft[(ms + 1) * STATIONS + i]);
@@ -275,7 +276,7 @@ static void play(struct mr_predictor *p, const struct gear *gear, const struct s
     cost->ms = processor_time_ms() - begin_ms; /* the comparison is a millisecond of it */
     off->rms_in = sqrt(sum / (double)(blocks * STATIONS));
     cost->updates = p->updates;
-    cost->visits = p->visits;
+    cost->visits = p->examined_joints;
     cost->blocks = (double)blocks;
     cost->cycles = cycles[blocks];
     cost->share = 0.0;

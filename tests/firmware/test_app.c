@@ -500,9 +500,9 @@ TEST_IN(the_box_has_room_for_the_longest_configuration, start_and_keep, put_back
     /* what is not in the page yet */
     mr_put_u32(app.box.config_writer.page + MR_BOXPAGE_HEADER_BYTES +
                    app.box.config_writer.bit / 32 * 4,
-               app.box.config_writer.held);
-    memset(present + 1, 1, app.box.config_closed);
-    mr_box_reader_begin(&reader, app.box.config[0], present, app.box.config_closed + 1);
+               app.box.config_writer.pending_bits);
+    memset(present + 1, 1, app.box.config_pages_closed);
+    mr_box_reader_begin(&reader, app.box.config_pages[0], present, app.box.config_pages_closed + 1);
     while (mr_box_reader_next(&reader, &record) == MR_OK) {
         channels += record.id == MR_ID_CHANNEL;
         segments += record.id == MR_ID_SLACK;

@@ -204,8 +204,8 @@ static void check_whole(uint16_t record, uint16_t landing, unsigned blocks, uint
     assert_int_equal(mr_boxpage_check(pages[page_count - 1], &header), MR_OK);
     assert_int_equal(header.kind, MR_BOXPAGE_END);
     mr_boxpage_get_end(pages[page_count - 1], &end);
-    assert_int_equal(end.lost, 0);
-    assert_int_equal(end.blocks, told.blocks);
+    assert_int_equal(end.lost_blocks, 0);
+    assert_int_equal(end.stored_blocks, told.blocks);
     assert_int_equal(end.first_block, told.first);
     assert_int_equal(told.next, trigger + blocks);
     assert_true(told.first <= trigger);
@@ -268,9 +268,9 @@ TEST_IN(a_loss_is_told, fresh, NULL)
             blocks++;
         }
     }
-    assert_int_equal(record->blocks, blocks);
-    assert_int_equal(record->lost, end_block - record->first_block - blocks);
-    assert_in_range(record->lost, 500, 1500);
+    assert_int_equal(record->stored_blocks, blocks);
+    assert_int_equal(record->lost_blocks, end_block - record->first_block - blocks);
+    assert_in_range(record->lost_blocks, 500, 1500);
     assert_true(health_get_counter(MR_FAULT_BOX_LOST).count > 0);
 }
 
@@ -339,11 +339,12 @@ static void fill(unsigned least)
         /* block contents: the last ones, which the test still knows */
         const struct blackbox_record *record = blackbox_record_at(&box, i);
         assert_non_null(record);
-        if (!record->is_complete || record->lost)
+        if (!record->is_complete || record->lost_blocks)
             fail_msg("record %u: complete %d, %u blocks from %u, %u lost", record->record,
-                     record->is_complete, record->blocks, record->first_block, record->lost);
+                     record->is_complete, record->stored_blocks, record->first_block,
+                     record->lost_blocks);
         assert_int_equal(record->landing, 100 + record->record - 1);
-        assert_true(record->blocks >= 9800);
+        assert_true(record->stored_blocks >= 9800);
     }
     check_whole((uint16_t)landings, (uint16_t)(100 + landings - 1), 10000 - (white ? 440 : 950),
                 trigger[landings - 1]);

@@ -148,7 +148,7 @@ TEST_IN(a_landing_is_listed_read_out_and_freed, begin, NULL)
     assert_int_equal(ask("box-read 32768"), MR_NOT_NOW);
     assert_int_equal(ask("box-free 1"), MR_NOT_NOW);
     /* a configuration leaves two pages free */
-    assert_true(app.box.is_configuring && app.box.config_closed + 2 < BLACKBOX_CONFIG_PAGES);
+    assert_true(app.box.is_configuring && app.box.config_pages_closed + 2 < BLACKBOX_CONFIG_PAGES);
     pass(1500);
     uint32_t trigger = index_now;
     land();

@@ -34,7 +34,7 @@ static void play_gages(unsigned blocks)
             block->sum[i] =
                 (uint16_t)lround(8.0 * scale * (0.4 * 4096.0 / 3.3 + lb * CODES_PER_LB));
         }
-        block->high[MR_TRANSDUCERS + 3] = broken;
+        block->high_count[MR_TRANSDUCERS + 3] = broken;
         block->sum[MR_ADC1_STAIRCASE] = 8u * 62u;
         block->sum[MR_ADC1_REFERENCE] = (uint16_t)lround(scale * 8.0 * 3103.0);
         fake.block_ready = true;

@@ -43,7 +43,7 @@ static struct mr_risk_plan charted(float landings)
 {
     struct mr_risk_plan plan;
     mr_risk_plan_clear(&plan);
-    plan.landings = landings;
+    plan.landing_count = landings;
     plan.speed_ft_s = 30.0f;
     plan.plan_time_s[0] = 0.0f;
     plan.plan_deceleration_ft_s2[0] = 6.0f;
@@ -121,8 +121,8 @@ TEST_IN(a_runway_that_is_forgotten_has_no_chart, start, NULL)
 {
     struct mr_risk_plan plan = charted(0.0f);
     play(10);
-    app.predict.predictor.landings = 3;
-    plan.landings = 3.0f;
+    app.predict.predictor.landing_count = 3;
+    plan.landing_count = 3.0f;
     give(&plan, mr_risk_plan_crc(&plan));
     assert_int_equal(last_status(), MR_OK);
     command("runway-forget");

@@ -324,7 +324,8 @@ TEST_IN(no_nonce_comes_twice, begin, NULL)
 TEST_IN(starts_that_can_no_longer_be_counted_close_the_bus, begin, NULL)
 {
     assert_int_equal(change(MR_COMMAND_KEY_SET, 500), MR_OK);
-    uint8_t *page = fake_nor.cell + (KEY_FIRST_SECTOR + app.keystore.copy) * NOR_SECTOR_BYTES +
+    uint8_t *page = fake_nor.cell +
+                    (KEY_FIRST_SECTOR + app.keystore.valid_copy) * NOR_SECTOR_BYTES +
                     NOR_PAGE_BYTES;
     memset(page, 0, 15 * NOR_PAGE_BYTES);
     page[15 * NOR_PAGE_BYTES - 1] = 0x80; /* one is left */
@@ -375,7 +376,7 @@ TEST_IN(a_proof_is_for_one_order_once, keyed, NULL)
     assert_int_equal(order(&survey, true, 5), MR_PROOF);
     prove(&survey, key, nonce(), uid, false); /* by the other link */
     assert_int_equal(order(&survey, true, 5), MR_PROOF);
-    assert_int_equal(app.proof.refused, 6); /* the last one for the proof before */
+    assert_int_equal(app.proof.refused_count, 6); /* the last one for the proof before */
 }
 
 /* A proof with one wrong bit in any of its bytes is none; right ones in between avoid the
@@ -452,5 +453,5 @@ TEST_IN(guesses_are_looked_at_three_times_a_second, keyed, NULL)
     for (size_t f = 0; f < fake.sent_count; f++)
         obeyed += fake.sent[f].id == MR_ID_ACK && (int8_t)fake.sent[f].data[1] == MR_OK;
     assert_int_equal(obeyed, 1); /* key-set */
-    assert_in_range(app.proof.refused, 3, 3 * 21);
+    assert_in_range(app.proof.refused_count, 3, 3 * 21);
 }

@@ -81,10 +81,10 @@ static const char *wrong_with(const struct mr_board *board, const struct board_r
         return why;
     }
     if (row->kind == BOARD_ROW_ANALOGUE)
-        snprintf(wanted, sizeof wanted, " %s ", row->use);
+        snprintf(wanted, sizeof wanted, " %s ", row->function);
     else
-        snprintf(wanted, sizeof wanted, " %s:%u ", row->use, row->number);
-    if (!row->use[0] || strstr(line, wanted))
+        snprintf(wanted, sizeof wanted, " %s:%u ", row->function, row->number);
+    if (!row->function[0] || strstr(line, wanted))
         return NULL;
     snprintf(why, sizeof why, "%s: P%c%u has no%s: %s", row->signal, row->port, row->pin, wanted,
              line);
@@ -108,12 +108,12 @@ TEST(each_pin_does_what_it_can)
     EACH_BOARD(board, table)
     {
         assert_true(column_of(board) > 0);
-        for (size_t i = 0; i < table->rows; i++) {
+        for (size_t i = 0; i < table->row_count; i++) {
             const char *why = wrong_with(board, &table->row[i]);
             if (why)
                 fail_msg("%s: %s", board->name, why);
         }
-        print_message("# %s: %zu pins\n", board->name, table->rows);
+        print_message("# %s: %zu pins\n", board->name, table->row_count);
     }
     assert_true(boards_told >= 2);
 }
@@ -123,7 +123,7 @@ TEST(a_pin_that_is_not_there_is_found)
 {
     const struct board_table *zg = board_table_by_number(MR_BOARD_ZG);
     unsigned missing = 0;
-    for (size_t i = 0; i < zg->rows; i++)
+    for (size_t i = 0; i < zg->row_count; i++)
         missing += wrong_with(mr_board_by_number(MR_BOARD_DISCOVERY), &zg->row[i]) != NULL;
     assert_int_equal(missing, 8); /* PF3 to PF10: LQFP100 has no port F */
     const struct board_row serial = {BOARD_ROW_FUNCTION, 'C', 6, "USART6_TX", 7, "NONE", "X", ""};
@@ -138,7 +138,7 @@ TEST(no_pin_is_given_twice)
     static const char *const taken[] = {"A13", "A14", "H0", "H1", "A11", "A12", "C14", "C15"};
     EACH_BOARD(board, table)
     {
-        for (size_t i = 0; i < table->rows; i++) {
+        for (size_t i = 0; i < table->row_count; i++) {
             const struct board_row *row = &table->row[i];
             char name[8];
             snprintf(name, sizeof name, "%c%u", row->port, row->pin);
@@ -191,7 +191,7 @@ static unsigned rows_on_soldered(const struct mr_board *board, const struct boar
     while (fgets(line, sizeof line, file)) {
         if (sscanf(line, "%19s %7s", name, pin) != 2 || strcmp(name, board->name) != 0)
             continue;
-        for (size_t i = 0; i < table->rows; i++) {
+        for (size_t i = 0; i < table->row_count; i++) {
             char used[8];
             snprintf(used, sizeof used, "P%c%u", table->row[i].port, table->row[i].pin);
             if (strcmp(used, pin) != 0)
@@ -227,13 +227,13 @@ TEST(facts_and_rows_agree)
         char serial[20];
         unsigned transducers = 0, others = 0, serials = 0;
         snprintf(serial, sizeof serial, "USART%ld_", board_constant_value(table, "SERIAL"));
-        for (size_t i = 0; i < table->rows; i++) {
+        for (size_t i = 0; i < table->row_count; i++) {
             const struct board_row *row = &table->row[i];
             bool transducer = strncmp(row->signal, "TRANSDUCER_", 11) == 0;
-            serials += strncmp(row->use, serial, strlen(serial)) == 0;
+            serials += strncmp(row->function, serial, strlen(serial)) == 0;
             if (row->kind != BOARD_ROW_ANALOGUE)
                 continue;
-            assert_int_equal(strncmp(row->use, transducer ? "ADC3_" : "ADC1_", 5), 0);
+            assert_int_equal(strncmp(row->function, transducer ? "ADC3_" : "ADC1_", 5), 0);
             *(transducer ? &transducers : &others) += 1;
         }
         assert_int_equal(serials, 2);

@@ -77,8 +77,8 @@ static uint32_t told_crc(struct mr_predictor_state *state)
     memset(state, 0, sizeof *state);
     GET_LAST(runway, RUNWAY, &runway);
     state->mats = runway.mats;
-    state->landings = runway.landings;
-    state->scale = runway.resistance;
+    state->landing_count = runway.landings;
+    state->resistance_scale = runway.resistance;
     assert_int_equal(count_frames(MR_ID_RUNWAY_JOINTS), 141); /* 421 joints, three in each */
     for (size_t i = 0; i < fake.sent_count; i++) {
         if (fake.sent[i].id == MR_ID_RUNWAY_JOINTS &&
@@ -108,9 +108,9 @@ TEST_IN(a_new_board_knows_no_runway, start_with_memory, put_back)
     assert_int_equal(stored.copy_a, RUNWAYSTORE_BLANK);
     assert_int_equal(stored.copy_b, RUNWAYSTORE_BLANK);
     told_crc(&told);
-    assert_int_equal(told.landings, 0);
+    assert_int_equal(told.landing_count, 0);
     assert_int_equal(told.mats, 420);
-    assert_true(told.scale == 1.0f);
+    assert_true(told.resistance_scale == 1.0f);
     assert_int_equal(fake_nor.erases + fake_nor.operations, 0); /* nothing to keep */
 }
 
@@ -168,7 +168,7 @@ TEST_IN(a_landing_is_folded_and_kept, start_with_memory, put_back)
     struct mr_runway_store stored = told_store();
     assert_int_equal(stored.source, MR_RUNWAY_MEASURED);
     uint32_t crc = told_crc(&told);
-    assert_int_equal(told.landings, 1);
+    assert_int_equal(told.landing_count, 1);
     boot();
     live(300);
     stored = told_store();
@@ -185,7 +185,7 @@ TEST_IN(armed_for_nothing_is_no_landing, start_with_memory, put_back)
     command("disarm");
     live(1200);
     told_crc(&told);
-    assert_int_equal(told.landings, 0);
+    assert_int_equal(told.landing_count, 0);
     assert_int_equal(told_store().copy_a, RUNWAYSTORE_BLANK);
 }
 
@@ -254,7 +254,7 @@ TEST_IN(damaged_copies_are_told_and_passed_over, start_with_memory, put_back)
     assert_int_equal(stored.source, MR_RUNWAY_UNKNOWN);
     assert_true(health_get_faults() & 1u << MR_FAULT_NOR_FAILED);
     told_crc(&told);
-    assert_int_equal(told.landings, 0);
+    assert_int_equal(told.landing_count, 0);
     survey_all(0.05f); /* and it can be kept again */
     live(1200);
     assert_int_equal(told_store().copy_a, 0);
@@ -306,7 +306,8 @@ static int8_t last_status(void)
 
 TEST_IN(the_host_gives_a_runway, start_with_memory, put_back)
 {
-    struct mr_predictor_state given = {.mats = 420, .landings = 7, .scale = 1.25f}, told;
+    struct mr_predictor_state given = {.mats = 420, .landing_count = 7, .resistance_scale = 1.25f},
+                              told;
     for (unsigned j = 0; j < 421; j++)
         given.gap_counts[j] = (uint16_t)(j * 7 % 3001);
     live(10); /* before the memory has been looked at */
@@ -326,7 +327,7 @@ TEST_IN(the_host_gives_a_runway, start_with_memory, put_back)
     command("runway-forget");
     live(1);
     told_crc(&told);
-    assert_int_equal(told.landings, 0);
+    assert_int_equal(told.landing_count, 0);
     command("arm 1");
     live(10);
     const char *const locked[] = {"runway-forget", "runway-read", "runway-word 0 0",
@@ -408,7 +409,7 @@ TEST_IN(without_switches_the_movement_stays, start_with_memory, put_back)
     GET_LAST(slack, SLACK, &slack);
     assert_true(isnan(slack.slack_in));
     told_crc(&told);
-    assert_int_equal(told.landings, 1);
+    assert_int_equal(told.landing_count, 1);
     unsigned left = 0;
     for (unsigned j = 150; j < 200; j++)
         left += told.gap_counts[j];
@@ -428,7 +429,7 @@ TEST_IN(one_that_is_touched_is_no_landing, start_with_memory, put_back)
     command("disarm");
     live(100);
     told_crc(&told);
-    assert_int_equal(told.landings, 0);
+    assert_int_equal(told.landing_count, 0);
 }
 
 static unsigned surveyed(void)
@@ -451,7 +452,7 @@ static void rearm(void)
  * have (ten have 0.3 in of slack), nor on one that the host's runway has taken the place of. */
 TEST_IN(a_survey_counts_where_the_joints_have_it, start_with_memory, put_back)
 {
-    struct mr_predictor_state given = {.mats = 420, .landings = 7, .scale = 1.0f};
+    struct mr_predictor_state given = {.mats = 420, .landing_count = 7, .resistance_scale = 1.0f};
     live(200);
     survey_all(0.1f);
     rearm();
@@ -501,8 +502,8 @@ TEST_IN(a_configuration_leaves_the_runway, start_with_memory, put_back)
 /* Counted by 32 bits: after the highest comes 0, and that is the newer one. */
 TEST_IN(the_newer_copy_is_found_beyond_the_wrap, start_with_memory, put_back)
 {
-    struct mr_predictor_state older = {.mats = 420, .landings = 1, .scale = 1.0f},
-                              newer = {.mats = 420, .landings = 2, .scale = 1.0f};
+    struct mr_predictor_state older = {.mats = 420, .landing_count = 1, .resistance_scale = 1.0f},
+                              newer = {.mats = 420, .landing_count = 2, .resistance_scale = 1.0f};
     mr_runway_encode(&older, UINT32_MAX, fake_nor.cell + A_COPY);
     mr_runway_encode(&newer, 0, fake_nor.cell + B_COPY);
     boot();
@@ -550,7 +551,7 @@ TEST_IN(a_change_while_it_is_written_is_kept, start_with_memory, put_back)
     struct mr_predictor_state told;
     live(200);
     survey_all(0.05f);
-    for (unsigned i = 0; i < 2000 && app.runwaystore.copy[0] != RUNWAYSTORE_BLANK; i++)
+    for (unsigned i = 0; i < 2000 && app.runwaystore.copy_state[0] != RUNWAYSTORE_BLANK; i++)
         live(1);
     uint64_t before = fake_nor.operations;
     for (unsigned i = 0; i < 2000 && fake_nor.operations == before; i++)
@@ -591,7 +592,7 @@ TEST_IN(braking_is_known_from_the_third_switch, start_with_memory, put_back)
         command("arm 1");
         touchdown_s = 1.0;
         fly(third ? 1.53 : 1.50);
-        assert_int_equal(app.predict.predictor.braking, third);
+        assert_int_equal(app.predict.predictor.is_braking_known, third);
         assert_true(app.predict.predictor.speed_ft_s > 0.0f);
     }
 }

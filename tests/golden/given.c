@@ -158,10 +158,10 @@ static void write_block(gzFile file, const struct mr_block *block, const struct 
     for (unsigned i = 0; i < MR_BLOCK_SUMS; i++)
         gzprintf(file, "%s%d", i ? " " : "", block->sums[i] - before->sums[i]);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
-        if (block->low[c])
-            gzprintf(file, " l%u:%u", c, block->low[c]);
-        if (block->high[c])
-            gzprintf(file, " h%u:%u", c, block->high[c]);
+        if (block->low_count[c])
+            gzprintf(file, " l%u:%u", c, block->low_count[c]);
+        if (block->high_count[c])
+            gzprintf(file, " h%u:%u", c, block->high_count[c]);
     }
     gzprintf(file, "\n");
 }
@@ -170,7 +170,7 @@ static void write_runway(gzFile file, const struct golden_given *given)
 {
     const struct mr_predictor_state *runway = &given->runway;
     gzprintf(file, "runway %ld %u %.9g %u %u\njoints_in", given->runway_block, given->runway_tag,
-             (double)runway->scale, runway->landings, runway->mats);
+             (double)runway->resistance_scale, runway->landing_count, runway->mats);
     for (unsigned i = 0; i <= runway->mats; i++)
         gzprintf(file, " %.5f", runway->gap_counts[i] / HMIL_PER_IN);
     gzprintf(file, "\n");
@@ -212,7 +212,8 @@ void given_write(const struct golden_given *given, const char *path)
     for (size_t i = 0; i < given->frames; i++)
         gzprintf(file, "frame %" PRIu64 "\n", given->frame[i]);
     gzprintf(file, "blocks %u %u %zu %06x\n", (unsigned)given->block[0].index,
-             (unsigned)given->block[0].tick, given->blocks, (unsigned)given->block[0].absent);
+             (unsigned)given->block[0].tick, given->blocks,
+             (unsigned)given->block[0].absent_channels);
     for (size_t i = 0; i < given->blocks; i++)
         write_block(file, &given->block[i], i ? &given->block[i - 1] : &none);
     gzprintf(file, "end\n");
@@ -247,7 +248,7 @@ static void read_block(struct golden_given *given, char *text, uint32_t index, u
 {
     given->block = golden_grow(given->block, given->blocks, sizeof *given->block);
     struct mr_block *block = &given->block[given->blocks];
-    *block = (struct mr_block){.index = index, .tick = tick, .absent = absent};
+    *block = (struct mr_block){.index = index, .tick = tick, .absent_channels = absent};
     for (unsigned i = 0; i < MR_BLOCK_SUMS; i++)
         block->sums[i] =
             (uint16_t)(strtol(text, &text, 10) + (given->blocks ? block[-1].sums[i] : 0));
@@ -257,7 +258,7 @@ static void read_block(struct golden_given *given, char *text, uint32_t index, u
     for (;
          sscanf(text, " %c%u:%u%n", &kind, &channel, &count, &length) == 3 && channel < MR_CHANNELS;
          text += length)
-        (kind == 'l' ? block->low : block->high)[channel] = (uint8_t)count;
+        (kind == 'l' ? block->low_count : block->high_count)[channel] = (uint8_t)count;
     if (text[strspn(text, " \n")])
         golden_fail(4, "block %u: `%s`", (unsigned)index, text);
     given->blocks++;
@@ -296,12 +297,12 @@ static void read_runway(struct golden_given *given, gzFile file, const char *lin
     unsigned landings, mats;
     char row[LINE];
     if (sscanf(line, "runway %ld %u %f %u %u", &given->runway_block, &given->runway_tag,
-               &given->runway.scale, &landings, &mats) != 5 ||
+               &given->runway.resistance_scale, &landings, &mats) != 5 ||
         !gzgets(file, row, sizeof row) || strncmp(row, "joints_in ", 10) != 0 ||
         mats + 1u > MR_RUNWAY_JOINTS)
         golden_fail(4, "%s: %s", path, line);
     given->has_runway = true;
-    given->runway.landings = (uint16_t)landings;
+    given->runway.landing_count = (uint16_t)landings;
     given->runway.mats = (uint16_t)mats;
     read_joints(given, row + 10);
 }

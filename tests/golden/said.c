@@ -127,9 +127,10 @@ static void take_block(struct listening *l, const struct mr_block *block)
             printf("block record %u: sum %u was given as %u, comes back as %u\n",
                    (unsigned)block->index, i + 1, was->sums[i], block->sums[i]);
     }
-    if (l->faithful && (memcmp(block->low, was->low, sizeof was->low) != 0 ||
-                        memcmp(block->high, was->high, sizeof was->high) != 0 ||
-                        block->absent != was->absent || block->tick != was->tick)) {
+    if (l->faithful &&
+        (memcmp(block->low_count, was->low_count, sizeof was->low_count) != 0 ||
+         memcmp(block->high_count, was->high_count, sizeof was->high_count) != 0 ||
+         block->absent_channels != was->absent_channels || block->tick != was->tick)) {
         l->faithful = false;
         printf(
             "block record %u: tick, fitted channels or saturation come back otherwise than given\n",

@@ -169,7 +169,7 @@ TEST(four_transducers_measure_the_same)
     assert_int_equal(full->block_bytes, 78);
     assert_int_equal(four->block_bytes, 8 + 3 + 2 * (4 * 2 + 2) + 3);
     const struct mr_block *a = &full->block[full->blocks - 1], *b = &four->block[four->blocks - 1];
-    assert_int_equal(b->absent, 0x3ffff0);
+    assert_int_equal(b->absent_channels, 0x3ffff0);
     for (unsigned i = 0; i < 4; i++) { /* at rest again, where the landing left them */
         assert_in_range(a->forward_sum[i] - b->forward_sum[i] + 1, 0, 2);
         assert_in_range(a->reversed_sum[i] - b->reversed_sum[i] + 1, 0, 2);
@@ -282,16 +282,17 @@ TEST(blocks_keep_their_place_when_channels_change)
     assert_true(heard->blocks > 4500);
     for (size_t i = 0; i < heard->blocks; i++) {
         const struct mr_block *block = &heard->block[i];
-        if (i && block->absent != absent) {
-            unsigned transducers = 8u - (unsigned)__builtin_popcount(block->absent & 0xffu);
-            unsigned others = 16u - (unsigned)__builtin_popcount(block->absent >> 8);
+        if (i && block->absent_channels != absent) {
+            unsigned transducers = 8u -
+                                   (unsigned)__builtin_popcount(block->absent_channels & 0xffu);
+            unsigned others = 16u - (unsigned)__builtin_popcount(block->absent_channels >> 8);
             sets++;
             adc3_longer += transducers > others;
             without_adc3 += transducers == 0;
         }
         if (i)
             lost += block->index - heard->block[i - 1].index - 1;
-        absent = block->absent;
+        absent = block->absent_channels;
         assert_int_equal(block->tick, 2352u + 84000u * block->index);
         for (unsigned c = 0; c < 22; c++) {
             bool there = !(absent >> c & 1u);

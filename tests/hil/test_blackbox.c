@@ -109,9 +109,9 @@ static void check_end(size_t count, const struct board_report *told)
     assert_int_equal(mr_boxpage_check(pages[count - 1], &header), MR_OK);
     assert_int_equal(header.kind, MR_BOXPAGE_END);
     mr_boxpage_get_end(pages[count - 1], &end);
-    assert_int_equal(end.lost, 0);
-    assert_int_equal(end.messages_lost, 0);
-    assert_int_equal(end.blocks, told->blocks);
+    assert_int_equal(end.lost_blocks, 0);
+    assert_int_equal(end.lost_messages, 0);
+    assert_int_equal(end.stored_blocks, told->blocks);
 }
 
 static void record_landing(unsigned landing, enum hil_cell_times times)

@@ -140,7 +140,7 @@ TEST(without_clock_security_the_clock_stands_still)
     const struct hil_counters *counters = hil_board_counters(board);
     struct hil_fault stop = {.trigger_ps = 10 * HIL_MS_PS, .action = HIL_FAULT_CRYSTAL};
     struct hil_fault start = {
-        .trigger_ps = 20 * HIL_MS_PS, .action = HIL_FAULT_CRYSTAL, .choice = 1};
+        .trigger_ps = 20 * HIL_MS_PS, .action = HIL_FAULT_CRYSTAL, .variant = 1};
     assert_int_equal(hil_faults_add(&board->faults, &stop), MR_OK);
     assert_int_equal(hil_faults_add(&board->faults, &start), MR_OK);
     bench_run(board, 10 * HIL_MS_PS + 10 * HIL_US_PS);

@@ -247,7 +247,7 @@ static void fault(enum hil_thermometer_fault choice, uint64_t duration_ps)
     struct hil_fault f = {.trigger = HIL_TRIGGER_TIME,
                           .trigger_ps = hil_board_now_ps(board),
                           .action = HIL_FAULT_THERMOMETER,
-                          .choice = choice,
+                          .variant = choice,
                           .duration_ps = duration_ps};
     assert_int_equal(hil_faults_add(&board->faults, &f), MR_OK);
     pass_us(1);

@@ -313,7 +313,7 @@ static void order(struct hil_board *board, enum hil_nor_fault choice, uint32_t c
     struct hil_fault fault = {.trigger = HIL_TRIGGER_TIME,
                               .trigger_ps = hil_board_now_ps(board),
                               .action = HIL_FAULT_NOR,
-                              .choice = choice,
+                              .variant = choice,
                               .count = count};
     if (hil_faults_add(&board->faults, &fault) != MR_OK)
         fail_msg("%s", hil_board_failure_reason(board));

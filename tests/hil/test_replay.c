@@ -69,19 +69,19 @@ TEST(impossible_blocks_have_none)
     block.sum[3] = 8 * 9 - 1;
     assert_false(hil_codes_from_block(&block, &codes, &channel));
     assert_int_equal(channel, MR_TRANSDUCERS + 3);
-    block.low[MR_TRANSDUCERS + 3] = 1; /* one of them at 8 */
+    block.low_count[MR_TRANSDUCERS + 3] = 1; /* one of them at 8 */
     assert_true(hil_codes_from_block(&block, &codes, &channel));
     block.sum[3] = 8 * 4086 + 1;
     assert_false(hil_codes_from_block(&block, &codes, &channel));
-    block.low[MR_TRANSDUCERS + 3] = 0;
-    block.high[MR_TRANSDUCERS + 3] = 1;
+    block.low_count[MR_TRANSDUCERS + 3] = 0;
+    block.high_count[MR_TRANSDUCERS + 3] = 1;
     assert_true(hil_codes_from_block(&block, &codes, &channel));
     block.forward_sum[5] = 4 * 9 - 1;
     /* one low code forward, one high code backward, or none at all */
     block.reversed_sum[5] = 4 * 4086 + 1;
     assert_false(hil_codes_from_block(&block, &codes, &channel));
     assert_int_equal(channel, 5);
-    block.low[5] = block.high[5] = 1;
+    block.low_count[5] = block.high_count[5] = 1;
     assert_true(hil_codes_from_block(&block, &codes, &channel));
     assert_in_range(codes.transducer[0][5][0], 0, 8);
     assert_in_range(codes.transducer[1][5][0], 4087, 4095);
@@ -142,8 +142,8 @@ TEST(a_whole_file_is_read)
     assert_int_equal(replay.commands[1].message.argument, -1);
     assert_int_equal(replay.edge_count, 2);
     assert_true(replay.edge_ticks[1] == 4294967296000u);
-    assert_int_equal(replay.train[0].pulse_count, 2);
-    assert_int_equal(replay.train[0].rise_times[1], 168000);
+    assert_int_equal(replay.pulse_train[0].pulse_count, 2);
+    assert_int_equal(replay.pulse_train[0].rise_times[1], 168000);
     /* TIM2 has wrapped between the first and the last of them */
     assert_int_equal(replay.block_count, 3);
     assert_int_equal(replay.block0_tick, 2352);

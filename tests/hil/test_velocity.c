@@ -155,7 +155,7 @@ static void results_are_the_hosts(struct rig *rig)
                      MR_OK);
     assert_int_equal(hil_board_peek(rig->board, RAM, ram, sizeof ram), MR_OK);
     /* five values with their errors, one after the other */
-    _Static_assert(offsetof(struct mr_gates_summary, used_for_stop) == 80, "as on the board");
+    _Static_assert(offsetof(struct mr_gates_summary, gates_used_for_stop) == 80, "as on the board");
     assert_non_null(memmem(ram, sizeof ram, &summary, 80));
 }
 

@@ -68,25 +68,26 @@ static bool is_due(const struct mr_block *block)
     const struct mr_predictor *p = &app.predict.predictor;
     const struct mr_chain *chain = &p->chain;
     struct mr_zonescan scan;
-    float mat_ft = p->config.chain.mat_length_ft * (float)chain->group,
-          end_ft = mat_ft * (float)chain->count;
+    float mat_ft = p->config.chain.mat_length_ft * (float)chain->mats_per_group,
+          end_ft = mat_ft * (float)chain->group_count;
     if (!(p->speed_ft_s > 0.0f) || !(p->wheel_ft >= 0.0f && p->wheel_ft < end_ft) ||
         !landing_can_warn(&app.landing, block->index))
         return false;
-    float braking_ft_s2 = p->braking ? p->deceleration_ft_s2 : 2.0f * p->config.deceleration_ft_s2;
+    float braking_ft_s2 = p->is_braking_known ? p->deceleration_ft_s2
+                                              : 2.0f * p->config.deceleration_ft_s2;
     float stop_ft = fminf(p->wheel_ft + 0.5f * p->speed_ft_s * p->speed_ft_s / braking_ft_s2,
                           end_ft - 0.01f);
     unsigned place = (unsigned)(p->wheel_ft / mat_ft) + 1;
     mr_zonescan_begin(&scan, chain,
                       &(struct mr_zonescan_range){
-                          .from_joint = (uint16_t)(place + 1),
+                          .search_start_joint = (uint16_t)(place + 1),
                           .position = (uint16_t)place,
                           .last_position = (uint16_t)((unsigned)(stop_ft / mat_ft) + 1),
-                          .grit_lb = chain->group > 1u ? p->closing_lb : chain->grit_lb,
+                          .grit_lb = chain->mats_per_group > 1u ? p->closing_lb : chain->grit_lb,
                           .push_lb = p->config.thrust_lb_per_g * p->deceleration_ft_s2 / 32.174f});
     while (!mr_zonescan_continue(&scan, chain, 10000)) {
     }
-    return scan.found.future_groups * chain->group >= MR_PREDICTOR_WARNING_MATS;
+    return scan.result.future_groups * chain->mats_per_group >= MR_PREDICTOR_WARNING_MATS;
 }
 
 /* The first block that calls for a warning; UINT32_MAX: none does. */

@@ -39,7 +39,7 @@ static int fresh(void **state)
     of = (struct budget_case){.channel = &transducer,
                               .reading = {.value = 1.0f,
                                           .noise = 0.7f * 0.0016f,
-                                          .averaged = 4.0f,
+                                          .averaged_blocks = 4.0f,
                                           .baseline_blocks = 400.0f,
                                           .reference_error = 0.0003f},
                               .certificate_expanded_uncertainty = 0.004,
@@ -55,7 +55,7 @@ static void use_gage(void)
     of.channel = &gage;
     of.reading = (struct mr_error_conditions){.value = 100.0f,
                                               .noise = 0.0f,
-                                              .averaged = 1.0f,
+                                              .averaged_blocks = 1.0f,
                                               .hours = 2.0f,
                                               .reference_error = 0.0003f};
 }

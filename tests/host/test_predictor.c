@@ -215,9 +215,9 @@ TEST(a_warning_follows_the_edge)
         unsigned ms = 0, late = 0;
         for (; ms < 100u + phase; ms++) {
             struct mr_predictor_input input = gear_at(&before, 1e-3 * ms);
-            uint32_t visits = predictor.visits;
+            uint32_t visits = predictor.examined_joints;
             mr_predictor_on_block(&predictor, &input);
-            assert_true(predictor.visits - visits <= MR_PREDICTOR_VISITS_PER_BLOCK + 1u);
+            assert_true(predictor.examined_joints - visits <= MR_PREDICTOR_VISITS_PER_BLOCK + 1u);
         }
         mr_predictor_get_zone(&predictor, &zone);
         assert_int_equal(zone.verdict, MR_PREDICTOR_QUIET);
@@ -431,9 +431,9 @@ TEST(a_second_beyond_the_budget_counts)
     mr_predictor_arm(&predictor);
     for (unsigned ms = 0; ms < 4000; ms++) {
         struct mr_predictor_input input = gear_at(&landing, 1e-3 * ms);
-        uint32_t updates = predictor.updates, visits = predictor.visits;
+        uint32_t updates = predictor.updates, visits = predictor.examined_joints;
         mr_predictor_on_block(&predictor, &input);
-        looks[ms / 50] += predictor.updates - updates + (predictor.visits - visits) / 2u;
+        looks[ms / 50] += predictor.updates - updates + (predictor.examined_joints - visits) / 2u;
         most = looks[ms / 50] > most ? looks[ms / 50] : most;
     }
     for (unsigned n = 0; n + 20 <= 80; n++) {
@@ -484,7 +484,7 @@ TEST(what_counts_and_how_long)
                                            (float)(ms % 1000 < 100 ? ms % 1000 : 100);
             memset(predictor.doubt, 0, sizeof predictor.doubt); /* whatever it is, it is believed */
             mr_predictor_on_block(&predictor, &input);
-            assert_true(predictor.scale >= 0.3f && predictor.scale <= 2.5f);
+            assert_true(predictor.resistance_scale >= 0.3f && predictor.resistance_scale <= 2.5f);
         }
     }
 }
@@ -599,7 +599,7 @@ TEST(state_survives)
     again.gap_counts[17] = 60000;
     assert_int_equal(mr_predictor_load(&predictor, &again), MR_MALFORMED);
     again = kept;
-    again.scale = NAN;
+    again.resistance_scale = NAN;
     assert_int_equal(mr_predictor_load(&predictor, &again), MR_MALFORMED);
     again = kept;
     again.mats--;

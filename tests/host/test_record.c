@@ -279,7 +279,7 @@ TEST(given)
 
 static void begin_on(int64_t run, unsigned landings)
 {
-    const struct mr_predictor_state state = {.mats = 420, .landings = (uint16_t)landings};
+    const struct mr_predictor_state state = {.mats = 420, .landing_count = (uint16_t)landings};
     assert_int_equal(store_runway_put(session.store, run, &state, 1, &session.error), MR_OK);
 }
 

@@ -241,7 +241,7 @@ TEST(a_plan_is_off_by_what_it_is_told_to_be)
     struct advised_told told = {.friction_times = 1.0, .harder = 1.0};
     struct mr_risk_plan plan;
     advised_draw_plan(&landing, 7, &told, &plan);
-    assert_true(fabs(advised_plan_mean_ft_s2(&plan) - 5.0) < 0.01 && plan.landings == 1.0f);
+    assert_true(fabs(advised_plan_mean_ft_s2(&plan) - 5.0) < 0.01 && plan.landing_count == 1.0f);
     told.harder = 1.25;
     advised_draw_plan(&landing, 7, &told, &plan);
     assert_true(fabs(advised_plan_hardest_ft_s2(&plan) - 4.0) < 1e-6);

@@ -39,19 +39,19 @@ static void draw_chain(unsigned mats, unsigned group)
         grit_lb[j] = (float)(most_lb * uniform());
     }
     assert_int_equal(mr_chain_start(&chain, &params, group, gap_ft, grit_lb), MR_OK);
-    for (unsigned j = 1; j <= chain.count; j++)
+    for (unsigned j = 1; j <= chain.group_count; j++)
         chain.u_ft[j] = (float)(1e-5 * uniform());
 }
 
 static bool open_at(unsigned j)
 {
     return chain.gap_ft[j] + (chain.u_ft[j] - chain.u_ft[j - 1u]) >
-           0.002f / 12.0f * (float)chain.group;
+           0.002f / 12.0f * (float)chain.mats_per_group;
 }
 
 static unsigned tally(void)
 {
-    return (10u + chain.group - 1u) / chain.group;
+    return (10u + chain.mats_per_group - 1u) / chain.mats_per_group;
 }
 
 /* Every pair of closed ends, every row of `tally` joints in between: what the zone is by its
@@ -59,11 +59,11 @@ static unsigned tally(void)
 static unsigned plain_longest(unsigned from, unsigned *first_out)
 {
     unsigned best = 0;
-    for (unsigned a = from; a <= chain.count + 1u; a++) {
+    for (unsigned a = from; a <= chain.group_count + 1u; a++) {
         unsigned last_open = 0;
         if (open_at(a))
             continue;
-        for (unsigned b = a + 1u; b <= chain.count + 1u; b++) {
+        for (unsigned b = a + 1u; b <= chain.group_count + 1u; b++) {
             if (open_at(b)) {
                 if (last_open && b - last_open < tally())
                     break;
@@ -85,7 +85,7 @@ static bool closes(unsigned place, unsigned j, float push_lb)
 static unsigned plain_coming(unsigned place, float push_lb)
 {
     unsigned start = 0, best = 0, last_open = 0;
-    for (unsigned j = place + 1u; j <= chain.count + 1u; j++) {
+    for (unsigned j = place + 1u; j <= chain.group_count + 1u; j++) {
         if (closes(place, j, push_lb)) {
             start = start ? start : j;
             best = j - start;
@@ -102,15 +102,16 @@ static void compare(unsigned quota)
 {
     struct mr_zonescan scan;
     struct mr_zonescan_range order = {
-        .from_joint = (uint16_t)(1u + (unsigned)(uniform() * chain.count)),
-        .position = (uint16_t)(1u + (unsigned)(uniform() * uniform() * chain.count)),
+        .search_start_joint = (uint16_t)(1u + (unsigned)(uniform() * chain.group_count)),
+        .position = (uint16_t)(1u + (unsigned)(uniform() * uniform() * chain.group_count)),
         .push_lb = (float)(60.0 * uniform() * uniform()),
         .grit_lb = chain.grit_lb};
-    order.last_position = (uint16_t)(order.position - 1u +
-                                     (unsigned)(uniform() * (chain.count + 40u - order.position)));
-    unsigned first = 0, groups = plain_longest(order.from_joint, &first), coming = 0,
+    order.last_position =
+        (uint16_t)(order.position - 1u +
+                   (unsigned)(uniform() * (chain.group_count + 40u - order.position)));
+    unsigned first = 0, groups = plain_longest(order.search_start_joint, &first), coming = 0,
              coming_place = 0, calls = 1;
-    for (unsigned n = order.position; n <= order.last_position && n < chain.count;
+    for (unsigned n = order.position; n <= order.last_position && n < chain.group_count;
          n += MR_ZONE_STRIDE_GROUPS) {
         unsigned here = plain_coming(n, order.push_lb);
         coming_place = here > coming ? n : coming_place;
@@ -118,26 +119,26 @@ static void compare(unsigned quota)
     }
     mr_zonescan_begin(&scan, &chain, &order);
     for (uint32_t before = 0; !mr_zonescan_continue(&scan, &chain, quota);
-         calls++, before = scan.visits) {
-        assert_true(scan.visits > before && scan.visits <= before + quota + 1u);
+         calls++, before = scan.examined_joints) {
+        assert_true(scan.examined_joints > before && scan.examined_joints <= before + quota + 1u);
         assert_true(calls < 100000);
     }
-    assert_int_equal(scan.found.groups, groups);
-    assert_int_equal(scan.found.first_joint, first);
-    assert_int_equal(scan.found.future_groups, coming);
-    assert_int_equal(scan.found.future_position, coming_place);
+    assert_int_equal(scan.result.groups, groups);
+    assert_int_equal(scan.result.first_joint, first);
+    assert_int_equal(scan.result.future_groups, coming);
+    assert_int_equal(scan.result.future_position, coming_place);
     double open_ft = 0.0;
     unsigned closed = 0;
     for (unsigned j = first; groups && j <= first + groups; j++) {
         open_ft += fmax(0.0, (double)mr_chain_opening_ft(&chain, j));
         closed += !open_at(j);
     }
-    assert_int_equal(scan.found.closed_joints, closed);
-    assert_true(fabs((double)scan.found.open_ft - open_ft) < 1e-6);
+    assert_int_equal(scan.result.closed_joints, closed);
+    assert_true(fabs((double)scan.result.opening_sum_ft - open_ft) < 1e-6);
     float most_lb = 0.0f;
-    for (unsigned j = order.from_joint; j <= chain.count + 1u; j++)
+    for (unsigned j = order.search_start_joint; j <= chain.group_count + 1u; j++)
         most_lb = fmaxf(most_lb, mr_chain_compression_lb(&chain, j));
-    assert_true(scan.found.compression_lb == most_lb);
+    assert_true(scan.result.compression_lb == most_lb);
 }
 
 TEST(says_what_a_plain_search_says)
@@ -159,7 +160,7 @@ TEST(places_just_short_of_closing)
     draw_chain(40, 1);
     for (unsigned round = 0; round < 30000; round++) {
         unsigned row = 1u + (unsigned)(14.0 * uniform());
-        for (unsigned j = 1; j <= chain.count + 1u; j++) {
+        for (unsigned j = 1; j <= chain.group_count + 1u; j++) {
             chain.gap_ft[j] = j <= row ? 0.001f : uniform() < 0.15 ? 0.001f : 0.0f;
             chain.grit_lb[j] = (float)(uniform() < 0.5 ? 30.0 : 20.0 - 3.0 * uniform());
         }
@@ -175,7 +176,7 @@ TEST(places_just_short_of_closing)
         mr_zonescan_begin(&scan, &chain, &order);
         while (!mr_zonescan_continue(&scan, &chain, 16)) {
         }
-        assert_int_equal(scan.found.future_groups, coming);
+        assert_int_equal(scan.result.future_groups, coming);
     }
 }
 
@@ -188,13 +189,13 @@ TEST(a_search_is_short)
     for (unsigned round = 0; round < 200; round++) {
         struct mr_zonescan scan;
         draw_chain(420, 1);
-        for (unsigned j = 1; j <= chain.count + 1u; j++)
+        for (unsigned j = 1; j <= chain.group_count + 1u; j++)
             chain.grit_lb[j] = (float)(20.0 * uniform());
         const struct mr_zonescan_range order = {1, 1, 419, (float)(40.0 * uniform()),
                                                 chain.grit_lb};
         mr_zonescan_begin(&scan, &chain, &order);
         assert_true(mr_zonescan_continue(&scan, &chain, 1000000));
-        most = scan.visits > most ? scan.visits : most;
+        most = scan.examined_joints > most ? scan.examined_joints : most;
     }
     print_message("most visits of a search: %u\n", most);
     assert_true(most < 421 + 421 + 105 * 6);

@@ -111,7 +111,7 @@ static void add_chart(const struct score_landing *landing)
         plan.plan_deceleration_ft_s2[k] = landing->plan_deceleration_ft_s2[k] * (float)off;
     }
     for (unsigned r = 0; kind > 0.5 && r < MR_RISK_CHART_ROWS; r++) {
-        plan.landings = (float)(landing->number - 1u);
+        plan.landing_count = (float)(landing->number - 1u);
         plan.chart_deceleration_ft_s2[r] = 3.0f + 1.5f * (float)r;
         plan.chart_log_odds[r] = (float)between(&state, -4.0, 4.0);
     }

@@ -100,7 +100,7 @@ void advised_draw_plan(const struct score_landing *landing, uint32_t series,
     double factor = fmin(fmax(1.0 + told->plan_error * score_normal(&state), 0.5), 1.6),
            bend = fmin(fmax(1.0 + told->plan_error * score_normal(&state), 0.5), 1.6);
     mr_risk_plan_clear(plan);
-    plan->landings = (float)(landing->number - 1u);
+    plan->landing_count = (float)(landing->number - 1u);
     plan->speed_ft_s = (float)(landing->speed_ft_s *
                                fmin(fmax(1.0 + SPEED_ERROR * score_normal(&state), 0.9), 1.1));
     for (unsigned i = 0; i < SCORE_KNOTS; i++) {

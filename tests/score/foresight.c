@@ -376,7 +376,7 @@ static void on_armed(void *ctx, const struct mr_predictor *predictor,
     l->event_s = score_event_s(landing, NULL);
     l->slack_ft = slack_ft(l);
     advised_draw_plan(landing, l->truth->series.number, &l->row->told, &l->plan);
-    l->plan.landings = (float)predictor->landings;
+    l->plan.landing_count = (float)predictor->landing_count;
     mr_risk_arm(&l->nothing, NULL, predictor, TOUCHDOWN);
     mr_risk_arm(&l->planned, &l->plan, predictor, TOUCHDOWN);
     if (l->chart)

@@ -250,8 +250,8 @@ static void look(struct player *player, const struct score_landing *landing, uns
         if (m == SCORE_PREDICTOR) {
             seen.start_error = zone.start_error_ft / (float)SCORE_MAT_FT;
             seen.end_error = zone.end_error_ft / (float)SCORE_MAT_FT;
-            seen.start_class = zone.start_class;
-            seen.end_class = zone.end_class;
+            seen.start_class = zone.start_error_class;
+            seen.end_class = zone.end_error_class;
         }
         player->sink->look(player->sink->ctx, &seen);
     }

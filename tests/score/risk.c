@@ -66,7 +66,7 @@ static void on_armed(void *ctx, const struct mr_predictor *predictor,
     l->landing = landing;
     l->event_s = (float)score_event_s(landing, NULL);
     advised_draw_plan(landing, l->truth->series.number, &told, &plan);
-    plan.landings = (float)predictor->landings;
+    plan.landing_count = (float)predictor->landing_count;
     l->modes = l->chart && l->view & SCORE_SURVEYED ? MODES : BY_CHART;
     mr_risk_arm(&l->risk[BY_NOTHING], NULL, predictor, TOUCHDOWN);
     mr_risk_arm(&l->risk[BY_PLAN], &plan, predictor, TOUCHDOWN);

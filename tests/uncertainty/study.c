@@ -129,7 +129,7 @@ static double block_code(struct rig *rig, double truth)
         else
             sum += convert(rig, 0, MR_TRANSDUCERS + GAGE, gage_volts(rig, truth));
         read += convert(rig, 0, MR_REFERENCE,
-                        REFERENCE_V * rig->board.reference_read_share * reference(rig));
+                        REFERENCE_V * rig->board.reference_reading_ratio * reference(rig));
     }
     return sum / MR_SCANS_PER_BLOCK * (double)MR_REFERENCE_CODE / (read / MR_SCANS_PER_BLOCK);
 }
@@ -190,7 +190,7 @@ static void land(struct rig *rig, const struct draw_setting *setting, struct dra
     drawn->reading = (struct mr_error_conditions){
         .value = (float)drawn->value,
         .noise = (float)spread * fabsf(drawn->channel.unit_per_code),
-        .averaged = 1.0f,
+        .averaged_blocks = 1.0f,
         .baseline_blocks = movement ? (float)REST_BLOCKS : 0.0f,
         .hours = movement ? 0.0f : (float)HOURS,
         .reference_error = config.channel[MR_REFERENCE].gain_error,

@@ -91,7 +91,7 @@ TEST_IN(a_hundred_pushbacks_are_no_landing, rig_before, NULL)
         push(&index);
         assert_int_equal(pushed_told, n + 1);
     }
-    assert_int_equal(landing.passage.pushbacks, 100);
+    assert_int_equal(landing.passage.pushback_count, 100);
     assert_int_equal(landing_states, 0);
     assert_int_equal(landing.state, MR_LANDING_ARMED);
     assert_int_equal(landing.number, 7);
@@ -129,7 +129,7 @@ TEST_IN(a_pushback_leaves_the_landing_before_as_it_was, rig_before, NULL)
     unsigned states = landing_states;
     for (unsigned n = 0; n < 5; n++)
         push(&index);
-    assert_int_equal(landing.passage.pushbacks, 5);
+    assert_int_equal(landing.passage.pushback_count, 5);
     assert_int_equal(landing.state, MR_LANDING_DONE);
     assert_int_equal(landing_states, states);
     assert_memory_equal(&summary, &landing.summary, sizeof summary);
@@ -151,16 +151,16 @@ TEST_IN(interference_does_not_fill_the_links, rig_before, NULL)
         for (unsigned n = 0; n < 200; n++) {
             uint32_t tick = 4000000000u + 84000u * index + 42000u;
             next_block(index++, &tick, 1);
-            told += landing.changes.edges;
+            told += landing.changes.edge_count;
             for (unsigned k = 0; k < 19; k++) {
                 next_block(index++, NULL, 0);
-                told += landing.changes.edges;
+                told += landing.changes.edge_count;
             }
         }
         assert_int_equal(told, LANDING_EDGES_MAX);
         wait(&index, 30.1);
     }
-    assert_int_equal(landing.edges, 2 * LANDING_EDGES_MAX);
+    assert_int_equal(landing.edge_count, 2 * LANDING_EDGES_MAX);
     assert_int_equal(landing.state, MR_LANDING_ARMED);
     for (unsigned position = 1; position < 4; position++) {
         /* 20 ft/s: what comes then is a landing */
@@ -170,7 +170,7 @@ TEST_IN(interference_does_not_fill_the_links, rig_before, NULL)
     assert_int_equal(landing.state, MR_LANDING_LANDING);
     for (unsigned n = 0; n < 100; n++) /* and 255 edges are "255 or more" */
         open_switch(&index, 24), open_codes -= step_of(24), wait(&index, 0.02);
-    assert_int_equal(landing.edges, UINT8_MAX);
+    assert_int_equal(landing.edge_count, UINT8_MAX);
 }
 
 /* 40 edges in one block, more than wait: 32 are answered, the rest are not taken, and nothing was a
@@ -189,7 +189,7 @@ TEST_IN(a_burst_beyond_what_waits_is_cut, rig_before, NULL)
     next_block(index++, ticks, 40);
     for (unsigned n = 0; n < 60; n++) {
         next_block(index++, NULL, 0);
-        told += landing.changes.edges;
+        told += landing.changes.edge_count;
     }
     assert_int_equal(told, MR_SWITCHES_WAITING_MAX);
     assert_int_equal(landing.state, MR_LANDING_ARMED);
@@ -217,9 +217,9 @@ TEST_IN(pushing_to_and_fro_is_followed, rig_before, NULL)
         wait(&index, 5.0); /* forward again, 15 ft in 10 s */
     }
     assert_int_equal(pushed_told, 1);
-    assert_int_equal(landing.passage.pushbacks, 1);
+    assert_int_equal(landing.passage.pushback_count, 1);
     /* of the last time round: each was seen again */
-    assert_int_equal(landing.passage.pushed_position, 5);
+    assert_int_equal(landing.passage.pushback_position, 5);
     assert_int_equal(landing_states, 0);
 }
 
@@ -238,7 +238,7 @@ TEST_IN(a_closing_switch_has_no_name, rig_before, NULL)
     uint32_t tick = 4000000000u + 84000u * index + 42000u;
     next_block(index++, &tick, 1);
     open_codes -= step_of(3);
-    while (!landing.changes.edges)
+    while (!landing.changes.edge_count)
         next_block(index++, NULL, 0);
     assert_int_equal(landing.edge[0].position, 0);
     assert_near(landing.edge[0].step_codes, 0.0, 0.0);
@@ -295,7 +295,7 @@ TEST_IN(a_switch_that_is_not_fitted_is_not_missing, rig_before, NULL)
                 open_switch(&index, position);
             for (unsigned n = 0; n < 180; n++) {
                 next_block(index++, NULL, 0);
-                for (unsigned i = 0; i < landing.changes.events; i++)
+                for (unsigned i = 0; i < landing.changes.event_count; i++)
                     missing += landing.event[i].reason == MR_SWITCH_MISSING &&
                                landing.event[i].position == 4;
             }
@@ -337,7 +337,7 @@ TEST_IN(a_late_brake_is_known_by_its_edge, rig_before, NULL)
         }
         for (unsigned i = 0; i < 50; i++) /* the last switch is identified */
             next_block((uint32_t)(1000.0 * braked_s(27.5)) + 1 + i, NULL, 0);
-        assert_int_equal(landing.passage.gates, 7);
+        assert_int_equal(landing.passage.gate_count, 7);
         assert_int_equal(landing.gates_before_braking, told ? 3 : 2); /* 7.5 ft too */
         if (told)
             assert_near(landing.motion.deceleration_ft_s2.value, 9.0, 0.2);

@@ -17,9 +17,9 @@ static struct landing rolling(void)
     struct landing landing = {
         .state = MR_LANDING_LANDING, .is_motion_known = true, .gates_before_braking = 2};
     landing.passage.state = MR_PASSAGE_ROLLING;
-    landing.passage.gates = 5;
+    landing.passage.gate_count = 5;
     landing.passage.gate[4].station_ft = 10.0;
-    landing.passage.source[4].tick = 1000u;
+    landing.passage.gate_edge[4].tick = 1000u;
     landing.motion.position_ft.value = 10.0;
     landing.motion.speed_ft_s.value = 20.0;
     landing.motion.deceleration_ft_s2.value = 4.0;
@@ -120,6 +120,6 @@ TEST(what_moved_is_held_until_a_switch_speaks)
     struct landing landing = rolling();
     predictor.moved_mask = 5;
     assert_int_equal(predict_find_frozen_zeros(&predictor, &landing), 5);
-    landing.edges = 1;
+    landing.edge_count = 1;
     assert_int_equal(predict_find_frozen_zeros(&predictor, &landing), 0);
 }

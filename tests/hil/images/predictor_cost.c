@@ -89,7 +89,7 @@ static __attribute__((noinline)) int measure(void)
     results[5] = 1; /* the test begins to count */
     play(control[1]);
     results[1] = predictor.updates;
-    results[2] = predictor.visits;
+    results[2] = predictor.examined_joints;
     results[3] = predictor.block_updates_max;
     results[55] = 1;
     return 0;
