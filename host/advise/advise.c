@@ -56,9 +56,9 @@ static void apply_joint_repairs(struct advise *advise, int64_t from, int64_t to)
         const struct inspection *entry = &history->inspections.entry[i];
         const char *how = json_string_value(json_object_get(entry->values, "repair")),
                    *what = json_string_value(json_object_get(entry->values, "what"));
-        double first = inspection_number(entry->values, "station_ft").value / mat_ft,
-               mats = fmax(inspection_number(entry->values, "length_ft").value / mat_ft, 0.0),
-               before = inspection_number(entry->values, "repaired").value;
+        double first = inspection_get_number(entry->values, "station_ft").value / mat_ft,
+               mats = fmax(inspection_get_number(entry->values, "length_ft").value / mat_ft, 0.0),
+               before = inspection_get_number(entry->values, "repaired").value;
         int64_t run = isnan(before) ? entry->row.run + 1 : (int64_t)before;
         if (!inspection_is_valid(entry, NULL, 0) || !how || !(first <= end) || run <= from ||
             run > to || (strcmp(how, "replaced") != 0 && strcmp(how, "relaid") != 0) ||
@@ -379,7 +379,7 @@ static double get_min_braking_ft_s2(const struct advise *advise)
                (row[i - 1].off_runway_share - row[i].off_runway_share);
 }
 
-static void set_verdict(struct advise *advise, bool si)
+static void set_warning_outcome(struct advise *advise, bool si)
 {
     const struct advise_row *row = &advise->row[advise->plan_row];
     const double limit = advise->request.risk_limit;
@@ -529,7 +529,7 @@ enum mr_status advise_compute(struct advise *advise, bool si, struct progress *p
         status = compute_advice_rows(advise, error);
     }
     if (status == MR_OK) {
-        set_verdict(advise, si);
+        set_warning_outcome(advise, si);
         set_action_text(advise, si);
     }
     return status;

@@ -24,7 +24,7 @@ static void check_advice(struct store *store, int64_t armed_us, char out[ARMING_
     struct error ignored = {0};
     struct store_advice *rows = NULL;
     size_t count = 0;
-    (void)store_advices(store, &rows, &count, &ignored);
+    (void)store_advices_get(store, &rows, &count, &ignored);
     if (count && rows[count - 1].made_us > armed_us &&
         strcmp(rows[count - 1].verdict, "against") == 0)
         append_line(out, "matrig advise recommends against this landing: %.300s\n",
@@ -40,10 +40,10 @@ static void check_survey(struct store *store, int64_t armed_us, int64_t *runway_
     struct error ignored = {0};
     struct store_gage_survey *rows = NULL;
     size_t count = 0;
-    (void)store_gage_surveys(store, &rows, &count, &ignored);
+    (void)store_gage_surveys_get(store, &rows, &count, &ignored);
     if (count) {
         const struct store_gage_survey *row = &rows[count - 1];
-        (void)store_gage_loaded(store, row->id, runway_loaded_us, &ignored);
+        (void)store_gage_load_time_get(store, row->id, runway_loaded_us, &ignored);
         if (row->ended_us == STORE_NONE)
             append_line(out, "survey %lld is not finished; continue it with matrig survey DB\n",
                         (long long)row->id);
@@ -67,7 +67,7 @@ static void check_readiness(struct store *store, int64_t now_us, int64_t armed_u
     struct store_readiness row = {0};
     bool found = false;
     char uid[25] = "", at[40];
-    if (store_newest_board(store, uid, &ignored) == MR_OK && uid[0])
+    if (store_newest_board_get(store, uid, &ignored) == MR_OK && uid[0])
         (void)store_readiness_get(store, uid, "ready", now_us, false, &row, &found, &ignored);
     if (!found)
         return;
@@ -89,7 +89,7 @@ void arming_write_warnings(struct store *store, int64_t now_us, char out[ARMING_
     struct error ignored = {0};
     int64_t run = 0, runway_loaded_us = 0;
     out[0] = '\0';
-    if (store_newest_logged_run(store, &run, &ignored) == MR_OK && run > 0)
+    if (store_newest_logged_run_get(store, &run, &ignored) == MR_OK && run > 0)
         (void)store_landing_get(store, run, &landing, &ignored);
     check_advice(store, landing.armed_us, out);
     check_survey(store, landing.armed_us, &runway_loaded_us, out);

@@ -127,7 +127,7 @@ static enum mr_status load_plan(struct store *store, int64_t after, struct histo
 {
     struct store_advice *advice = NULL;
     size_t count = 0;
-    enum mr_status status = store_advices(store, &advice, &count, error);
+    enum mr_status status = store_advices_get(store, &advice, &count, error);
     landing->planned_ft_s2 = (double)NAN;
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         if (advice[i].after_run >= after && advice[i].after_run < landing->run)
@@ -175,7 +175,7 @@ static enum mr_status select_landings(struct store *store, int64_t before,
     size_t all = 0, kept = 0;
     char reason[STORE_JOURNAL_TEXT_SIZE];
     bool found = before == 0;
-    enum mr_status status = store_landings(store, rows, &all, error);
+    enum mr_status status = store_landings_get(store, rows, &all, error);
     for (size_t i = 0; status == MR_OK && i < all; i++) {
         if (before && (*rows)[i].id == before) {
             found = true;
@@ -208,7 +208,7 @@ static enum mr_status load_series(struct store *store, const struct store_landin
     struct store_series series = {0}, *all = NULL;
     size_t series_count = 0;
     int64_t last = 0, newest = 0;
-    enum mr_status status = store_series_all(store, &all, &series_count, error);
+    enum mr_status status = store_all_series_get(store, &all, &series_count, error);
     for (size_t i = 0; status == MR_OK && i < series_count; i++) {
         if (all[i].made_us <= end_us)
             newest = all[i].id;

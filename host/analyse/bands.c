@@ -15,7 +15,7 @@ static enum mr_status find_next_arming(struct store *store, const struct store_l
     struct store_landing *rows = NULL;
     size_t count = 0;
     *block = INT64_MAX;
-    enum mr_status status = store_landings(store, &rows, &count, error);
+    enum mr_status status = store_landings_get(store, &rows, &count, error);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         const struct store_landing *row = &rows[i];
         if (row->session == landing->session && row->boot == landing->boot &&
@@ -53,9 +53,9 @@ static enum mr_status load_shunts(struct store *store, const struct store_landin
     if (landing->armed_block == STORE_NONE)
         return MR_OK;
     enum mr_status status = find_next_arming(store, landing, &next, error) ?:
-                            store_shunts_before(store, landing->session, landing->boot,
+                            store_shunts_before_get(store, landing->session, landing->boot,
                                                 landing->armed_block, &rows[0], &count[0], error) ?:
-                            store_shunts_after(store, landing->session, landing->boot,
+                            store_shunts_after_get(store, landing->session, landing->boot,
                                                landing->armed_block, &rows[1], &count[1], error);
     for (int side = 0; side < 2; side++) {
         for (size_t i = 0; status == MR_OK && i < count[side]; i++) {
@@ -80,8 +80,8 @@ enum mr_status bands_load(struct store *store, const struct measured_landing *me
 {
     int64_t run = measured->landing.id;
     memset(bands, 0, sizeof *bands);
-    return store_bands(store, run, &bands->band, &bands->band_count, error) ?:
-           store_band_events(store, run, &bands->event, &bands->event_count, error) ?:
+    return store_bands_get(store, run, &bands->band, &bands->band_count, error) ?:
+           store_band_events_get(store, run, &bands->event, &bands->event_count, error) ?:
            load_shunts(store, &measured->landing, bands, error);
 }
 

@@ -191,9 +191,9 @@ enum mr_status braking_load(struct store *store, const struct measured_landing *
                                 .locked_duration_s = unknown,
                                 .deceleration_ft_s2 = unknown,
                                 .thrust_lb = unknown};
-    enum mr_status status = store_braking_edges(store, run, &row, &rows, error);
+    enum mr_status status = store_braking_edges_get(store, run, &row, &rows, error);
     if (status == MR_OK && rows)
-        status = store_edges(store, run, &edge, &edges, error)
+        status = store_edges_get(store, run, &edge, &edges, error)
                    ?: store_predict_config_get(store, run, &predictor, &items, error);
     while (i < edges && isnan(edge[i].board_us))
         i++;

@@ -124,7 +124,7 @@ bool brief_print(const char *db, const struct summary *summary, bool all, bool s
         zones_add_warning_status(&summary->zones, summary->measured.source != MEASURED_IMPORT,
                                  answer);
         add_prediction(summary, answer);
-        record_add_outcome(&summary->outcome, answer);
+        outcome_record_add_outcome(&summary->outcome, answer);
         add_motion(&summary->measured, answer);
         add_movement(&summary->measured, answer);
         add_tension(&summary->measured, answer);

@@ -17,7 +17,7 @@
 
 #define DEGREE "\xc2\xb0"
 /* Head of a loop over all records. */
-#define EACH(item, all)                           \
+#define FOR_EACH(item, all)                       \
     const struct inspection *item = (all)->entry; \
     item < (all)->entry + (all)->count;           \
     item++
@@ -32,14 +32,16 @@ const struct inspection_kind inspection_kinds[] = {
 #define KIND(kind, place, words, source) \
     {#kind, words, source, INSPECTION_##place, (const struct inspection_field[]){
 #define FIELD(kind, field, value, last, text, ...) \
-    {.name = #field, .words = text, .type = INSPECTION_##value, .from_last = last, __VA_ARGS__},
+    {.name = #field, .description = text, .type = INSPECTION_##value, .is_copied_from_last = last, \
+     __VA_ARGS__},
 #define KIND_END(kind) {.name = NULL}}},
 #include "host/store/records.def"
     {.name = NULL}};
 /* clang-format on */
 
-static enum mr_status refuse_name(const struct spell_suggest *near, const char *what,
-                                  const char *where, const char *advice, struct error *error)
+static enum mr_status set_unknown_name_error(const struct spell_suggest *near, const char *what,
+                                             const char *where, const char *advice,
+                                             struct error *error)
 {
     char text[SPELL_SUGGEST_TEXT_SIZE];
     spell_suggest_text(near, text);
@@ -55,24 +57,24 @@ enum mr_status inspection_kind_find(const char *name, const struct inspection_ki
     for (*kind = inspection_kinds; (*kind)->name; ++*kind)
         if (spell_suggest_add(&near, (*kind)->name))
             return MR_OK;
-    return refuse_name(&near, "unknown kind", "a record", "matrig record --kinds lists the kinds",
-                       error);
+    return set_unknown_name_error(&near, "unknown kind", "a record",
+                                  "matrig record --kinds lists the kinds", error);
 }
 
-const struct inspection_field *inspection_place(const struct inspection_kind *kind)
+const struct inspection_field *inspection_subject(const struct inspection_kind *kind)
 {
     static const struct inspection_field places[] = {
-        {.name = "", .words = "no place"},
-        {.name = "run", .words = "RUN"},
-        {"mat", "the number of the mat", .whole = true, .low = 1.0, .high = RIG_MATS},
-        {"joint", "the number of the joint", .whole = true, .low = 1.0, .high = RIG_MATS},
+        {.name = "", .description = "no place"},
+        {.name = "run", .description = "RUN"},
+        {"mat", "the number of the mat", .is_integer = true, .low = 1.0, .high = RIG_MATS},
+        {"joint", "the number of the joint", .is_integer = true, .low = 1.0, .high = RIG_MATS},
         {"station_ft", "the station in ft", .high = RIG_RUNWAY_FT}};
     return &places[kind->place];
 }
 
 bool inspection_is_single(const struct inspection_kind *kind)
 {
-    return kind->place == INSPECTION_LANDING && kind->field[0].from_last;
+    return kind->place == INSPECTION_LANDING && kind->field[0].is_copied_from_last;
 }
 
 static bool is_temperature(const struct inspection_field *field)
@@ -80,7 +82,7 @@ static bool is_temperature(const struct inspection_field *field)
     return strcmp(quantity_unit_from_name(field->name), "F") == 0;
 }
 
-const char *inspection_unit(const struct inspection_field *field, bool si)
+const char *inspection_get_unit(const struct inspection_field *field, bool si)
 {
     const char *unit = quantity_unit_from_name(field->name);
     const struct quantity_kind *kind = quantity_kind_find(unit);
@@ -98,7 +100,7 @@ const char *inspection_unit(const struct inspection_field *field, bool si)
 
 /* ---- values ---- */
 
-struct estimate inspection_number(const json_t *values, const char *name)
+struct estimate inspection_get_number(const json_t *values, const char *name)
 {
     char key[80];
     const json_t *value = json_object_get(values, name);
@@ -107,11 +109,11 @@ struct estimate inspection_number(const json_t *values, const char *name)
                              json_number_value(json_object_get(values, key))};
 }
 
-void inspection_format(const struct inspection_field *field, const json_t *values,
-                       char out[INSPECTION_TEXT_SIZE])
+void inspection_format_value(const struct inspection_field *field, const json_t *values,
+                             char out[INSPECTION_TEXT_SIZE])
 {
     const char *text = json_string_value(json_object_get(values, field->name));
-    struct estimate n = inspection_number(values, field->name);
+    struct estimate n = inspection_get_number(values, field->name);
     snprintf(out, INSPECTION_TEXT_SIZE, "%s", text ? text : "");
     text_blank_controls(out);
     if (!isnan(n.value))
@@ -150,8 +152,8 @@ static enum mr_status read_quantity(const struct inspection_field *field, const 
 
 /* Reads a number with its standard error, such as "12.3+-0.4 lb/in"; a unit after one number
  * applies to both. */
-enum mr_status inspection_read_number(const struct inspection_field *field, const char *text,
-                                      struct estimate *number, struct error *error)
+enum mr_status inspection_parse_number(const struct inspection_field *field, const char *text,
+                                       struct estimate *number, struct error *error)
 {
     char part[2][120];
     const char *unit[2], *sign = strstr(text, "+-") ?: strstr(text, "\xc2\xb1");
@@ -170,11 +172,11 @@ enum mr_status inspection_read_number(const struct inspection_field *field, cons
     if (read_quantity(field, part[0], true, &number->value, error) != MR_OK ||
         read_quantity(field, part[1], false, &number->error, error) != MR_OK)
         return error->status;
-    if (field->whole && (number->value != floor(number->value) || number->error > 0.0))
+    if (field->is_integer && (number->value != floor(number->value) || number->error > 0.0))
         return error_set(error, MR_USAGE, "not a whole number: %s for %s", text, field->name);
     if (!(number->value >= field->low && number->value <= field->high && number->error >= 0.0))
         return error_set(error, MR_USAGE, "out of range: %s for %s; allowed: %g to %g %s", text,
-                         field->name, field->low, field->high, inspection_unit(field, false));
+                         field->name, field->low, field->high, inspection_get_unit(field, false));
     return MR_OK;
 }
 
@@ -201,7 +203,7 @@ static enum mr_status read_marks(const struct inspection_field *field, const cha
         return error_set(error, MR_USAGE,
                          "not a list of marks: '%s' for %s; give DISTANCE: X,Y X,Y X,Y [ERROR]",
                          text, field->name);
-    if (inspection_read_number(&distance_ft, length, &distance, error) != MR_OK ||
+    if (inspection_parse_number(&distance_ft, length, &distance, error) != MR_OK ||
         rig_measure_height(&m, distance, &height, error) != MR_OK)
         return error->status;
     set_number(field, height, values);
@@ -269,7 +271,7 @@ static enum mr_status read_text(const struct inspection_field *field, const char
     json_object_set_new(values, field->name, json_string(text));
     if (field->choices && !spell_suggest_add_choices(&near, text, field->choices)) {
         snprintf(advice, sizeof advice, "give one of %s", field->choices);
-        return refuse_name(&near, "not a choice", field->name, advice, error);
+        return set_unknown_name_error(&near, "not a choice", field->name, advice, error);
     }
     if (field->type == INSPECTION_DIGEST && is_other)
         return error_set(
@@ -279,8 +281,8 @@ static enum mr_status read_text(const struct inspection_field *field, const char
     return field->type == INSPECTION_PICTURE ? read_picture(field, text, values, error) : MR_OK;
 }
 
-enum mr_status inspection_read(const struct inspection_kind *kind, const char *word, json_t *values,
-                               struct error *error)
+enum mr_status inspection_parse_field(const struct inspection_kind *kind, const char *word,
+                                      json_t *values, struct error *error)
 {
     char name[80];
     const char *text = strchr(word, '=');
@@ -292,8 +294,8 @@ enum mr_status inspection_read(const struct inspection_kind *kind, const char *w
     while (field->name && !spell_suggest_add(&near, field->name))
         field++;
     if (!field->name || !text)
-        return refuse_name(&near, "unknown field", kind->name,
-                           "matrig record --kinds lists the fields", error);
+        return set_unknown_name_error(&near, "unknown field", kind->name,
+                                      "matrig record --kinds lists the fields", error);
     const bool derived = field->type >= INSPECTION_DIGEST;
     if (json_object_get(values, field->name) && !derived)
         return error_set(error, MR_USAGE, "two values: %s; give one", field->name);
@@ -309,7 +311,7 @@ enum mr_status inspection_read(const struct inspection_kind *kind, const char *w
         return read_marks(field->type == INSPECTION_MARKS ? field - 1 : field, text, values, error);
     if (field->type != INSPECTION_NUMBER)
         return read_text(field, text, values, error);
-    if (inspection_read_number(field, text, &number, error) == MR_OK)
+    if (inspection_parse_number(field, text, &number, error) == MR_OK)
         set_number(field, number, values);
     return error->status;
 }
@@ -353,11 +355,11 @@ static bool is_run(struct store *store, double number)
 }
 
 /* Returns what is wrong with the values as a whole; NULL: nothing. */
-static const char *broken_rule(struct store *store, const struct store_record *row,
-                               const json_t *values)
+static const char *find_broken_rule(struct store *store, const struct store_record *row,
+                                    const json_t *values)
 {
 #define HAS(field)       (json_object_get(values, #field) != NULL)
-#define NUMBER_OF(field) (inspection_number(values, #field).value)
+#define NUMBER_OF(field) (inspection_get_number(values, #field).value)
 #define IS(field, choice) \
     (HAS(field) && strcmp(json_string_value(json_object_get(values, #field)), choice) == 0)
 #define RULE(of, is_broken, message)                \
@@ -388,11 +390,12 @@ static bool is_same_subject(const struct inspection *entry, const struct store_r
 
 /* Returns the record that the new one repeats: the newest of its subject if it has or had the same
  * values, or if its kind has one record per landing. NULL: none. */
-static const struct inspection *find_same(const struct inspections *all,
-                                          const struct store_record *row, const json_t *values)
+static const struct inspection *find_duplicate_record(const struct inspections *all,
+                                                      const struct store_record *row,
+                                                      const json_t *values)
 {
     const struct inspection *newest = NULL;
-    for (EACH(entry, all))
+    for (FOR_EACH(entry, all))
         if (inspection_is_valid(entry, NULL, 0) && is_same_subject(entry, row, values) &&
             (!newest || entry->origin > newest->origin))
             newest = entry;
@@ -444,11 +447,11 @@ enum mr_status inspection_add(struct store *store, struct inspections *all,
         return error_set(error, MR_TOO_LONG,
                          "record too long: %s; give at most %zu characters in all", row->kind,
                          sizeof put.fields - 1);
-    const char *broken = values ? broken_rule(store, row, values) : NULL;
+    const char *broken = values ? find_broken_rule(store, row, values) : NULL;
     if (broken)
         return error_set(error, MR_USAGE, "wrong record of %s: %s", row->kind, broken);
     const struct inspection *same = values && row->corrects == STORE_NONE
-                                      ? find_same(all, &put, values)
+                                      ? find_duplicate_record(all, &put, values)
                                       : NULL;
     if (same)
         return error_set(error, MR_USAGE,
@@ -470,7 +473,7 @@ enum mr_status inspection_load(struct store *store, struct inspections *all, str
 {
     struct store_record *rows = NULL;
     size_t count = 0;
-    enum mr_status status = store_records(store, &rows, &count, error);
+    enum mr_status status = store_records_get(store, &rows, &count, error);
     /* with as many free entries again, so that the time to add records is in proportion to their
      * number */
     *all = (struct inspections){.room = 2 * count + 16, .next_id = 1};
@@ -498,19 +501,20 @@ bool inspection_is_valid(const struct inspection *entry, const struct inspection
            (!run || entry->row.run == run);
 }
 
-bool inspection_has(const struct inspections *all, const struct inspection_kind *kind, int64_t run)
+bool inspection_has_valid_record(const struct inspections *all, const struct inspection_kind *kind,
+                                 int64_t run)
 {
-    for (EACH(entry, all))
+    for (FOR_EACH(entry, all))
         if (inspection_is_valid(entry, kind, run))
             return true;
     return false;
 }
 
-const struct inspection *inspection_newest(const struct inspections *all,
-                                           const struct inspection_kind *kind, int64_t run)
+const struct inspection *inspection_find_newest(const struct inspections *all,
+                                                const struct inspection_kind *kind, int64_t run)
 {
     const struct inspection *newest = NULL;
-    for (EACH(entry, all)) {
+    for (FOR_EACH(entry, all)) {
         if (inspection_is_valid(entry, kind, 0) && (!run || entry->row.run <= run) &&
             (!newest || entry->row.run > newest->row.run ||
              (entry->row.run == newest->row.run && entry->origin >= newest->origin)))
@@ -521,10 +525,10 @@ const struct inspection *inspection_newest(const struct inspections *all,
 
 /* ---- limits ---- */
 
-static enum inspection_verdict judge_field(const struct inspection_field *field,
-                                           const json_t *values)
+static enum inspection_verdict check_field_limits(const struct inspection_field *field,
+                                                  const json_t *values)
 {
-    struct estimate n = inspection_number(values, field->name);
+    struct estimate n = inspection_get_number(values, field->name);
     double above = n.value - field->pass_low, below = field->pass_high - n.value;
     if (isnan(n.value) || !field->limit)
         return INSPECTION_NO_LIMIT;
@@ -533,11 +537,11 @@ static enum inspection_verdict judge_field(const struct inspection_field *field,
     return above < 0.0 || below < 0.0 ? INSPECTION_FAIL : INSPECTION_PASS;
 }
 
-enum inspection_verdict inspection_judge(const struct inspection *entry)
+enum inspection_verdict inspection_check_limits(const struct inspection *entry)
 {
     enum inspection_verdict worst = INSPECTION_NO_LIMIT;
     for (const struct inspection_field *field = entry->kind->field; field->name; field++) {
-        enum inspection_verdict verdict = judge_field(field, entry->values);
+        enum inspection_verdict verdict = check_field_limits(field, entry->values);
         worst = verdict > worst ? verdict : worst;
     }
     return worst;
@@ -558,19 +562,19 @@ static void format_number(double value, int digits, char out[40])
              fabs(value) < pow(10.0, digits) - 0.5 ? digits : 0, value);
 }
 
-/* As inspection_format, in the units of the answer. */
-static void format_shown(const struct inspection_field *field, const json_t *values, bool si,
-                         char out[INSPECTION_TEXT_SIZE])
+/* As inspection_format_value, in the units of the answer. */
+static void format_for_display(const struct inspection_field *field, const json_t *values, bool si,
+                               char out[INSPECTION_TEXT_SIZE])
 {
     const bool celsius = si && is_temperature(field);
-    const struct estimate n = inspection_number(values, field->name);
+    const struct estimate n = inspection_get_number(values, field->name);
     const char *digest = json_string_value(json_object_get(values, "file_sha256"));
     char value[40], error[40];
     double factor = celsius ? 1.0 / 1.8
                   : si      ? quantity_convert(1.0, quantity_unit_from_name(field->name),
-                                               inspection_unit(field, si))
+                                               inspection_get_unit(field, si))
                             : 1.0;
-    inspection_format(field, values, out);
+    inspection_format_value(field, values, out);
     format_number(factor * (n.value - (celsius ? 32.0 : 0.0)), 6, value);
     format_number(factor * n.error, 2, error);
     if (!isnan(n.value))
@@ -583,8 +587,8 @@ static void format_shown(const struct inspection_field *field, const json_t *val
 
 static void format_label(const struct inspection_field *field, bool si, char label[80])
 {
-    const char *unit = inspection_unit(field, si);
-    snprintf(label, 80, *unit ? "%s (%s)" : "%s", field->words, unit);
+    const char *unit = inspection_get_unit(field, si);
+    snprintf(label, 80, *unit ? "%s (%s)" : "%s", field->description, unit);
 }
 
 /* Adds a value, and the previous value if it was corrected. */
@@ -593,13 +597,13 @@ static void add_cell(const struct inspection *entry, const struct inspection_fie
 {
     char is[INSPECTION_TEXT_SIZE], was[INSPECTION_TEXT_SIZE], label[80];
     const bool si = answer_is_si(answer);
-    format_shown(field, entry->values, si, is);
-    format_shown(field, entry->corrected ? entry->corrected->values : entry->values, si, was);
+    format_for_display(field, entry->values, si, is);
+    format_for_display(field, entry->corrected ? entry->corrected->values : entry->values, si, was);
     format_label(field, si, label);
     struct answer_style *fact = answer_add_text(answer, NULL, label,
                                                 strcmp(is, was) != 0 ? "%s (was %s)" : "%s",
                                                 is[0] ? is : "-", was[0] ? was : "-");
-    fact->is_warning = judge_field(field, entry->values) == INSPECTION_FAIL;
+    fact->is_warning = check_field_limits(field, entry->values) == INSPECTION_FAIL;
     fact->is_number = field->type == INSPECTION_NUMBER;
 }
 
@@ -616,7 +620,7 @@ static void add_place(const struct inspection *entry, const char *name, const ch
 }
 
 /* Returns the reason in the row that withdraws this one; NULL: it is not withdrawn. */
-static const char *withdrawal_reason(const struct inspection *entry)
+static const char *get_withdrawal_reason(const struct inspection *entry)
 {
     const struct inspection *by = entry->replaced_by;
     return by && !by->values ? by->row.reason : NULL;
@@ -627,8 +631,8 @@ static int compare_rows(const void *a, const void *b)
 {
     const struct inspection *p = *(const struct inspection *const *)a,
                             *q = *(const struct inspection *const *)b;
-    int later = !withdrawal_reason(q) - !withdrawal_reason(p),
-        worse = (int)inspection_judge(q) - (int)inspection_judge(p);
+    int later = !get_withdrawal_reason(q) - !get_withdrawal_reason(p),
+        worse = (int)inspection_check_limits(q) - (int)inspection_check_limits(p);
     return later ?: worse ?: p->row.id < q->row.id ? -1 : 1;
 }
 
@@ -638,12 +642,12 @@ void inspection_add_table(const struct inspections *all, const struct inspection
     const struct inspection **rows = xcalloc(all->count + 1, sizeof(struct inspection *));
     size_t count = 0, verdicts[INSPECTION_FAIL + 1] = {0};
     bool used[INSPECTION_FIELDS_MAX] = {false};
-    for (EACH(entry, all)) {
+    for (FOR_EACH(entry, all)) {
         if (entry < all->entry + from || entry->kind != kind || !entry->values ||
-            (run && entry->row.run != run) || (entry->replaced_by && !withdrawal_reason(entry)))
+            (run && entry->row.run != run) || (entry->replaced_by && !get_withdrawal_reason(entry)))
             continue;
         rows[count++] = entry;
-        verdicts[inspection_judge(entry)] += !entry->replaced_by;
+        verdicts[inspection_check_limits(entry)] += !entry->replaced_by;
         for (size_t f = 0; kind->field[f].name; f++)
             used[f] |= json_object_get(entry->values, kind->field[f].name) != NULL &&
                        kind->field[f].type < INSPECTION_DIGEST;
@@ -651,17 +655,17 @@ void inspection_add_table(const struct inspections *all, const struct inspection
     qsort(rows, count, sizeof(struct inspection *), compare_rows);
     const bool judged = verdicts[INSPECTION_PASS] + verdicts[INSPECTION_MARGINAL] +
                         verdicts[INSPECTION_FAIL];
-    answer_open_table(answer, NULL, kind->words);
+    answer_open_table(answer, NULL, kind->description);
     for (size_t i = 0; i < count; i++) {
-        enum inspection_verdict verdict = inspection_judge(rows[i]);
+        enum inspection_verdict verdict = inspection_check_limits(rows[i]);
         answer_open_row(answer);
         answer_add_count(answer, NULL, "record", rows[i]->row.id);
         if (!run)
             add_place(rows[i], NULL,
-                      kind->place == INSPECTION_LANDING ? "RUN" : inspection_place(kind)->name,
+                      kind->place == INSPECTION_LANDING ? "RUN" : inspection_subject(kind)->name,
                       answer);
-        if (withdrawal_reason(rows[i]))
-            answer_add_text(answer, NULL, "withdrawn", "%s", withdrawal_reason(rows[i]));
+        if (get_withdrawal_reason(rows[i]))
+            answer_add_text(answer, NULL, "withdrawn", "%s", get_withdrawal_reason(rows[i]));
         if (judged)
             answer_add_text(answer, NULL, "result", "%s", inspection_verdict_text(verdict))
                 ->is_warning = verdict == INSPECTION_FAIL;
@@ -681,9 +685,9 @@ void inspection_add_table(const struct inspections *all, const struct inspection
         size_t beyond = 0;
         for (size_t i = 0; i < count; i++)
             beyond += !rows[i]->replaced_by &&
-                      judge_field(field, rows[i]->values) > INSPECTION_PASS;
+                      check_field_limits(field, rows[i]->values) > INSPECTION_PASS;
         if (beyond)
-            answer_add_sentence(answer, NULL, "Limit of %s: %s.", field->words, field->limit);
+            answer_add_sentence(answer, NULL, "Limit of %s: %s.", field->description, field->limit);
     }
     free(rows);
 }
@@ -692,19 +696,19 @@ void inspection_add_json(const struct inspections *all, const struct inspection_
                          int64_t run, struct answer *answer)
 {
     answer_open_table(answer, "records", "");
-    for (EACH(entry, all)) {
+    for (FOR_EACH(entry, all)) {
         const struct store_record *row = &entry->row;
         if ((kind && entry->kind != kind) || (run && row->run != run))
             continue;
         answer_open_row(answer);
         answer_add_count(answer, "id", NULL, row->id);
         answer_add_text(answer, "kind", NULL, "%s", row->kind);
-        add_place(entry, inspection_place(entry->kind)->name, NULL, answer);
+        add_place(entry, inspection_subject(entry->kind)->name, NULL, answer);
         answer_add_json(answer, "fields",
                         entry->values ? json_deep_copy(entry->values) : json_null());
         answer_add_text_or_missing(
             answer, "result", NULL,
-            entry->values ? inspection_verdict_text(inspection_judge(entry)) : NULL, NULL);
+            entry->values ? inspection_verdict_text(inspection_check_limits(entry)) : NULL, NULL);
         answer_add_flag(answer, "valid", NULL, inspection_is_valid(entry, NULL, 0));
         answer_add_count(answer, entry->values ? "corrects" : "withdraws", NULL, row->corrects);
         answer_add_text_or_missing(answer, "who", NULL, row->who, NULL);
@@ -762,13 +766,13 @@ static void add_journal_differences(struct store *store, struct difference *d, s
 
 /* Returns record number `n` among the records of a kind that landing `run` has and landing `other`
  * has not; NULL: there are fewer. */
-static const struct inspection *find_extra(const struct inspections *all,
-                                           const struct inspection_kind *kind, int64_t run,
-                                           int64_t other, size_t n)
+static const struct inspection *find_unmatched_record(const struct inspections *all,
+                                                      const struct inspection_kind *kind,
+                                                      int64_t run, int64_t other, size_t n)
 {
-    for (EACH(entry, all)) {
+    for (FOR_EACH(entry, all)) {
         bool is_common = !inspection_is_valid(entry, kind, run);
-        for (EACH(same, all))
+        for (FOR_EACH(same, all))
             is_common |= inspection_is_valid(same, kind, other) &&
                          json_equal(entry->values, same->values);
         if (!is_common && n-- == 0)
@@ -790,14 +794,14 @@ size_t inspection_add_differences(struct store *store, const struct inspections 
         if (kind->place != INSPECTION_LANDING || (single_only && !inspection_is_single(kind)))
             continue;
         for (int i = 0; i < 2; i++)
-            d.missing[i] = inspection_has(all, kind, d.run[i]) ? "-" : "no record";
+            d.missing[i] = inspection_has_valid_record(all, kind, d.run[i]) ? "-" : "no record";
         for (size_t n = 0; n == 0 || entry[0] || entry[1]; n++) {
             for (int i = 0; i < 2; i++)
-                entry[i] = find_extra(all, kind, d.run[i], d.run[!i], n);
+                entry[i] = find_unmatched_record(all, kind, d.run[i], d.run[!i], n);
             for (const struct inspection_field *field = kind->field; field->name; field++) {
                 for (int i = 0; i < 2; i++)
-                    format_shown(field, entry[i] ? entry[i]->values : NULL, answer_is_si(answer),
-                                 is[i]);
+                    format_for_display(field, entry[i] ? entry[i]->values : NULL,
+                                       answer_is_si(answer), is[i]);
                 format_label(field, answer_is_si(answer), label);
                 snprintf(numbered, sizeof numbered, "%s %zu: %s", kind->name, n + 1, label);
                 add_difference(&d, kind->name, field->name,

@@ -16,7 +16,7 @@
 #include "host/base/statistics.h"
 #include "host/store/store_journal.h"
 
-enum inspection_place {
+enum inspection_subject {
     INSPECTION_CAMPAIGN,
     INSPECTION_LANDING,
     INSPECTION_MAT,
@@ -35,20 +35,20 @@ enum inspection_type {
 };
 
 struct inspection_field {
-    const char *name, *words; /* name and description: "tire_psi", "tire pressure" */
+    const char *name, *description; /* name and description: "tire_psi", "tire pressure" */
     enum inspection_type type;
-    bool from_last;
-    bool whole;                 /* a whole number without error */
+    bool is_copied_from_last;
+    bool is_integer;            /* a whole number without error */
     double low, high;           /* range of a number, in its unit */
     double pass_low, pass_high; /* limits that a value should be within; NaN: no limit */
     const char *limit;          /* source of the limits; NULL: none */
     const char *choices;        /* allowed values of a choice: "coast|truck" */
     /* choice field that must be given, and not be "open", for this field to have a meaning */
-    const char *after;
+    const char *required_choice;
 };
 struct inspection_kind {
-    const char *name, *words, *source;
-    enum inspection_place place;
+    const char *name, *description, *source;
+    enum inspection_subject place;
     const struct inspection_field *field; /* list of fields; the last entry has no name */
 };
 /* All kinds; the last entry has no name. */
@@ -60,11 +60,11 @@ extern const struct inspection_kind inspection_kinds[];
 enum mr_status inspection_kind_find(const char *name, const struct inspection_kind **kind,
                                     struct error *error);
 /* Returns what the records belong to: "run", "mat", "joint" or "station_ft"; "": the campaign. */
-const struct inspection_field *inspection_place(const struct inspection_kind *kind);
+const struct inspection_field *inspection_subject(const struct inspection_kind *kind);
 /* Returns true for a kind with at most one record per landing. */
 bool inspection_is_single(const struct inspection_kind *kind);
 /* Unit of a number for display: "psi", "%"; "": none. In SI: "Pa". */
-const char *inspection_unit(const struct inspection_field *field, bool si);
+const char *inspection_get_unit(const struct inspection_field *field, bool si);
 
 struct inspection {
     struct store_record row;
@@ -89,22 +89,24 @@ void inspection_free(struct inspections *all);
 bool inspection_is_valid(const struct inspection *entry, const struct inspection_kind *kind,
                          int64_t run);
 /* Returns true if there is a valid record of this kind (NULL: any) and landing (0: any). */
-bool inspection_has(const struct inspections *all, const struct inspection_kind *kind, int64_t run);
+bool inspection_has_valid_record(const struct inspections *all, const struct inspection_kind *kind,
+                                 int64_t run);
 /* Returns the newest valid record of this kind, of the landing or the nearest one before it (run 0:
  * of any landing); NULL: none. A correction has the age of the record that it corrects. */
-const struct inspection *inspection_newest(const struct inspections *all,
-                                           const struct inspection_kind *kind, int64_t run);
+const struct inspection *inspection_find_newest(const struct inspections *all,
+                                                const struct inspection_kind *kind, int64_t run);
 
 /* Reads a number, "12.3+-0.4 lb/in", within the range of the field. */
-enum mr_status inspection_read_number(const struct inspection_field *field, const char *text,
-                                      struct estimate *number, struct error *error);
+enum mr_status inspection_parse_number(const struct inspection_field *field, const char *text,
+                                       struct estimate *number, struct error *error);
 /* Reads FIELD=VALUE into `values`; "FIELD=" sets null. The path of a picture becomes absolute;
- * inspection_add makes it relative to the folder of the campaign. Marks, also as the value of the height that
- * they give, are "DISTANCE: X,Y X,Y X,Y [ERROR]": those of rig_measure_height in pixels (default
- * ERROR: 1). A digest must be that of the picture that was read before. Fails with MR_UNKNOWN,
- * MR_USAGE (also if the field was read before), or MR_IO if a picture cannot be read. */
-enum mr_status inspection_read(const struct inspection_kind *kind, const char *word, json_t *values,
-                               struct error *error);
+ * inspection_add makes it relative to the folder of the campaign. Marks, also as the value of the
+ * height that they give, are "DISTANCE: X,Y X,Y X,Y [ERROR]": those of rig_measure_height in pixels
+ * (default ERROR: 1). A digest must be that of the picture that was read before. Fails with
+ * MR_UNKNOWN, MR_USAGE (also if the field was read before), or MR_IO if a picture cannot be
+ * read. */
+enum mr_status inspection_parse_field(const struct inspection_kind *kind, const char *word,
+                                      json_t *values, struct error *error);
 /* Adds a field of `from` with its error, if `values` has neither value nor null. False: it has, or
  * `from` has no value. */
 bool inspection_copy_value(const struct inspection_field *field, const json_t *from,
@@ -122,11 +124,11 @@ char *inspection_find_picture(const struct inspections *all, const struct inspec
 enum mr_status inspection_add(struct store *store, struct inspections *all,
                               const struct store_record *row, json_t *values, struct error *error);
 /* Returns the number of a field (NaN: none) and its standard error (0: none). */
-struct estimate inspection_number(const json_t *values, const char *name);
+struct estimate inspection_get_number(const json_t *values, const char *name);
 /* Writes a value in the form in which it is typed, "12.3+-0.4"; "": none. */
 #define INSPECTION_TEXT_SIZE 300
-void inspection_format(const struct inspection_field *field, const json_t *values,
-                       char out[INSPECTION_TEXT_SIZE]);
+void inspection_format_value(const struct inspection_field *field, const json_t *values,
+                             char out[INSPECTION_TEXT_SIZE]);
 
 enum inspection_verdict {
     INSPECTION_NO_LIMIT,
@@ -135,7 +137,7 @@ enum inspection_verdict {
     INSPECTION_FAIL
 };
 /* Returns the worst verdict of the fields. */
-enum inspection_verdict inspection_judge(const struct inspection *entry);
+enum inspection_verdict inspection_check_limits(const struct inspection *entry);
 const char *inspection_verdict_text(enum inspection_verdict verdict);
 
 /* Adds a table of the records of a kind from index `from` on, with counts and the limits that they

@@ -64,8 +64,9 @@ enum mr_status journal_load(struct store *store, const struct store_landing *lan
 {
     memset(j, 0, sizeof *j);
     return store_landing_series_get(store, landing, &j->series, error) ?:
-           store_changes(store, landing->id, &j->change, &j->change_count, error) ?:
-           store_observations(store, landing->id, &j->observation, &j->observation_count, error) ?:
+           store_changes_get(store, landing->id, &j->change, &j->change_count, error) ?:
+           store_observations_get(store, landing->id, &j->observation, &j->observation_count,
+                                  error) ?:
            store_is_void(store, landing->id, &j->is_void, j->void_reason, error);
 }
 

@@ -313,8 +313,8 @@ static enum mr_status apply_stuck_events(struct store *store, struct measured_la
 {
     struct store_fault *event = NULL;
     size_t count = 0;
-    enum mr_status status = store_channel_events(store, measured->landing.id, &event, &count,
-                                                 error);
+    enum mr_status status = store_channel_events_get(store, measured->landing.id, &event, &count,
+                                                     error);
     for (size_t e = 0; e < count && status == MR_OK; e++) {
         if (event[e].code != MR_INVALID_STUCK || event[e].detail < 0 ||
             event[e].detail >= (int64_t)MR_WATCH_CHANNELS)
@@ -416,21 +416,21 @@ static enum mr_status load_board_series(struct store *store, struct series_data 
 {
     struct measured_landing *measured = record->measured;
     int64_t run = measured->landing.id;
-    enum mr_status status = store_block_indexes_each(store, run, count_block, &record->groups,
-                                                     error);
+    enum mr_status status = store_block_indexes_for_each(store, run, count_block, &record->groups,
+                                                         error);
     bool messages = record->groups.group_count == 0 || !measured->recalibrated_channels;
     if (status == MR_OK && messages)
-        status = store_frames_each(store, run, LINK_CAN, count_message, &record->groups, error);
+        status = store_frames_for_each(store, run, LINK_CAN, count_message, &record->groups, error);
     if (status != MR_OK)
         return status;
     select_groups(measured, &record->groups);
     record->from_block = find_first_block(measured, &record->groups);
-    if (store_blocks_each(store, run, append_block, record, error) != MR_OK)
+    if (store_blocks_for_each(store, run, append_block, record, error) != MR_OK)
         return error_set(error, MR_MALFORMED,
                          "damaged block record: RUN %lld of %s; the database is damaged",
                          (long long)run, store_path(store));
     if (messages)
-        status = store_frames_each(store, run, LINK_CAN, append_message, record, error);
+        status = store_frames_for_each(store, run, LINK_CAN, append_message, record, error);
     /* messages extend the record only before its first or after its last block record */
     int64_t first = record->first_second, last = record->last_second;
     for (size_t i = 0; i < record->message_count; i++) {
@@ -462,8 +462,8 @@ static enum mr_status load_imported_series(struct store *store, struct series_da
     struct measured_landing *measured = record->measured;
     struct store_imported_channel *rows = NULL;
     size_t count = 0;
-    enum mr_status status = store_imported_channels(store, measured->landing.id, &rows, &count,
-                                                    error);
+    enum mr_status status = store_imported_channels_get(store, measured->landing.id, &rows, &count,
+                                                        error);
     for (size_t r = 0; r < count; r++) {
         if (rows[r].index < 0 || rows[r].index >= (int64_t)MR_CHANNELS || rows[r].first_block < 0 ||
             rows[r].first_block >= BLOCK_INDEX_MAX)
@@ -520,8 +520,8 @@ static enum mr_status load_gates(struct store *store, int64_t run,
     struct store_edge *edges = NULL;
     struct store_switch *places = NULL;
     size_t edge_count, place_count;
-    enum mr_status status = store_edges(store, run, &edges, &edge_count, error)
-                              ?: store_switches(store, run, &places, &place_count, error);
+    enum mr_status status = store_edges_get(store, run, &edges, &edge_count, error)
+                              ?: store_switches_get(store, run, &places, &place_count, error);
     if (status == MR_OK)
         collect_gates(measured, edges, edge_count, places, place_count);
     for (size_t i = 0; status == MR_OK && i < edge_count; i++) {
@@ -553,7 +553,7 @@ static enum mr_status load_configuration(struct store *store, int64_t run,
 {
     struct mr_channel_config channels[MR_CHANNELS];
     size_t found;
-    enum mr_status status = store_channels(store, run, channels, &found, error);
+    enum mr_status status = store_channels_get(store, run, channels, &found, error);
     for (unsigned c = 0; c < MR_CHANNELS; c++)
         measured->channel[c].config = channels[c];
     return status;
@@ -568,8 +568,8 @@ static enum mr_status load_calibration_state(struct store *store, int64_t run,
     char *text = NULL;
     struct error ignored = {0};
     int64_t crc = measured->landing.config_crc;
-    enum mr_status status = store_recalibrated_channels(store, run,
-                                                        &measured->recalibrated_channels, error);
+    enum mr_status status =
+        store_recalibrated_channels_get(store, run, &measured->recalibrated_channels, error);
     if (status == MR_OK && crc != STORE_NONE)
         status = store_configuration_get(store, (uint32_t)crc, &text, error);
     measured->has_calibration_dates = text && config_text_read(text, "", config, &ignored) == MR_OK;
@@ -628,7 +628,8 @@ static enum mr_status fit_without_series(struct store *store, struct measured_la
     *enough = measured->has_board_result && measured->missing_edges == 0 &&
               measured->gate_count > 0 && !measured->is_start_missing &&
               (landing->state == MR_LANDING_DONE || landing->state == MR_LANDING_IDLE);
-    enum mr_status status = *enough ? store_block_first(store, landing->id, &first, error) : MR_OK;
+    enum mr_status status = *enough ? store_first_block_get(store, landing->id, &first, error)
+                                    : MR_OK;
     for (size_t g = 0; g < measured->gate_count && *enough && status == MR_OK; g++) {
         int64_t block = (int64_t)fmax(-9e15, fmin(9e15, measured->gate[g].t_s * 1e3));
         status = store_find_block_within(store, landing->id, block, block + NEAR_EDGE_BLOCKS, &near,

@@ -25,7 +25,7 @@ static enum mr_status load_link_errors(struct store *store, int64_t run, int kin
 {
     struct store_link_error *rows = NULL;
     size_t count = 0;
-    enum mr_status status = store_link_errors(store, run, kind, &rows, &count, error);
+    enum mr_status status = store_link_errors_get(store, run, kind, &rows, &count, error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         if (rows[i].code >= 0 && rows[i].code < LINK_FAULT_COUNT)
             link->error_count[rows[i].code] = rows[i].count;
@@ -53,7 +53,7 @@ void summary_count_gaps(const struct store_gap *gaps, size_t count,
 static enum mr_status load_links(struct store *store, struct summary *summary, struct error *error)
 {
     int64_t run = summary->measured.landing.id;
-    enum mr_status status = store_gaps(store, run, &summary->gap, &summary->gap_count, error);
+    enum mr_status status = store_gaps_get(store, run, &summary->gap, &summary->gap_count, error);
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
         struct summary_link *link = &summary->link[kind];
         const char *spec = kind == LINK_CAN ? summary->session.can_link
@@ -357,7 +357,7 @@ enum mr_status summary_load_clock(struct store *store, int64_t run, struct store
     struct store_time_map *map = NULL;
     size_t maps = 0;
     *known = false;
-    enum mr_status status = store_time_maps(store, run, &map, &maps, error);
+    enum mr_status status = store_time_maps_get(store, run, &map, &maps, error);
     for (size_t i = 0; status == MR_OK && i < maps; i++) {
         if (!*known || is_better_clock(&map[i], clock))
             *clock = map[i];
@@ -489,15 +489,17 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
            store_import_get(store, summary->measured.landing.session, &summary->import,
                             &summary->is_imported, error) ?:
            load_links(store, summary, error) ?: load_time(store, summary, error) ?:
-           store_faults(store, &summary->measured.landing, &summary->fault, &summary->fault_count,
-                        error) ?:
-           store_switch_events(store, run, &summary->switch_event, &summary->switch_event_count,
+           store_faults_get(store, &summary->measured.landing, &summary->fault,
+                            &summary->fault_count, error) ?:
+           store_switch_events_get(store, run, &summary->switch_event, &summary->switch_event_count,
                                error) ?:
-           store_channel_events(store, run, &summary->channel_event, &summary->channel_event_count,
+           store_channel_events_get(store, run, &summary->channel_event,
+                                    &summary->channel_event_count, error) ?:
+           store_restarts_get(store, run, &summary->restart, &summary->restart_count, error) ?:
+           store_command_events_get(store, run, &summary->command, &summary->command_count,
+                                    error) ?:
+           store_key_states_get(store, run, &summary->key_state, &summary->key_state_count,
                                 error) ?:
-           store_restarts(store, run, &summary->restart, &summary->restart_count, error) ?:
-           store_command_events(store, run, &summary->command, &summary->command_count, error) ?:
-           store_key_states(store, run, &summary->key_state, &summary->key_state_count, error) ?:
            bands_load(store, &summary->measured, &summary->bands, error) ?:
            load_mean(store, run, summary->mean, error) ?:
            load_ready_checks(store, &summary->measured.landing, summary->ready_check, error) ?:
@@ -507,8 +509,8 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
 enum mr_status summary_load_outcome(struct store *store, struct summary *summary,
                                     struct error *error)
 {
-    const struct record_landing loaded = {&summary->measured, &summary->zones};
-    return record_judge_one(store, &loaded, &summary->outcome, error);
+    const struct outcome_record_landing loaded = {&summary->measured, &summary->zones};
+    return outcome_record_evaluate_one(store, &loaded, &summary->outcome, error);
 }
 
 void summary_free(struct summary *summary)
@@ -953,8 +955,8 @@ void summary_to_answer(const struct summary *summary, struct answer *answer)
     answer_add_count(answer, "run", NULL, landing->id);
     answer_add_count(answer, "landing", NULL, landing->board_landing);
     answer_add_text(answer, "state", NULL, "%s", mr_landing_state_text((unsigned)landing->state));
-    if (summary->outcome.is_judged)
-        record_add_outcome(&summary->outcome, answer);
+    if (summary->outcome.is_evaluated)
+        outcome_record_add_outcome(&summary->outcome, answer);
     summary_add_facts(summary, answer);
     summary_add_zone(summary, answer);
     add_channels(&summary->measured, answer);

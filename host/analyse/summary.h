@@ -9,7 +9,7 @@
 #include "common/quantity.h"
 #include "host/analyse/braking.h"
 #include "host/analyse/bands.h"
-#include "host/analyse/record.h"
+#include "host/analyse/outcome.h"
 #include "host/analyse/track.h"
 #include "host/analyse/zones.h"
 #include "host/analyse/measured.h"
@@ -78,8 +78,8 @@ struct summary {
     struct store_mean mean[MR_QUANTITY_COUNT];
     struct summary_ready_check ready_check[SUMMARY_READY_CHECK_COUNT];
     int64_t duplicate_run; /* earlier RUN of the same landing; 0: none */
-    /* outcome of the landing; is_judged: it was loaded by summary_load_outcome */
-    struct record_row outcome;
+    /* outcome of the landing; is_evaluated: it was loaded by summary_load_outcome */
+    struct outcome_record_row outcome;
 };
 
 enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary,

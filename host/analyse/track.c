@@ -468,7 +468,7 @@ enum mr_status film_load(struct store *store, const struct measured_landing *mea
     struct store_film_frame *row = NULL;
     size_t count = 0;
     *film = (struct film){.rate_hz = (double)NAN};
-    enum mr_status status = store_film_frames(store, measured->landing.id, &row, &count, error);
+    enum mr_status status = store_film_frames_get(store, measured->landing.id, &row, &count, error);
     if (status != MR_OK || count == 0)
         return status;
     film->frame = xcalloc(count, sizeof *film->frame);

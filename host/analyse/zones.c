@@ -62,7 +62,8 @@ static enum mr_status load_warning_reason(struct store *store,
     size_t count = 0;
     struct zone_warning *warning = &zones->warning;
     enum mr_status status = warning->has_warning
-                              ? store_predictions(store, measured->landing.id, &row, &count, error)
+                              ? store_predictions_get(store, measured->landing.id, &row, &count,
+                                                      error)
                               : MR_OK;
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         if (row[i].block != warning->block)
@@ -142,8 +143,8 @@ enum mr_status zones_load(struct store *store, const struct measured_landing *me
                           struct zones *zones, struct error *error)
 {
     memset(zones, 0, sizeof *zones);
-    enum mr_status status = store_zones(store, measured->landing.id, &zones->row, &zones->count,
-                                        error);
+    enum mr_status status = store_zones_get(store, measured->landing.id, &zones->row, &zones->count,
+                                            error);
     if (status != MR_OK)
         return status;
     zones->received = compute_completeness(measured, zones->row, zones->count);
@@ -164,7 +165,7 @@ enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         closure->slack_in[s] = MR_NAN;
     closure->surveyed_segment_count = 0;
-    enum mr_status status = store_segments(store, run, &rows, &count, error);
+    enum mr_status status = store_segments_get(store, run, &rows, &count, error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         if (rows[i].segment < 0 || rows[i].segment >= (int64_t)MR_SEGMENTS ||
             isnan(rows[i].slack_in))
@@ -482,7 +483,7 @@ static enum mr_status load_max_risk(struct store *store, const struct measured_l
     struct store_risk *rows = NULL;
     size_t count = 0;
     inputs->max_risk = inputs->max_risk_s = inputs->off_plan_s = (double)NAN;
-    enum mr_status status = store_risks(store, measured->landing.id, &rows, &count, error);
+    enum mr_status status = store_risks_get(store, measured->landing.id, &rows, &count, error);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         double t_s = measured_block_time_s(measured, rows[i].block);
         unsigned basis = rows[i].basis == STORE_NONE ? 0u : (unsigned)rows[i].basis;
@@ -514,8 +515,8 @@ enum mr_status predictor_inputs_load(struct store *store, const struct measured_
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         inputs->excluded_span[i].from_s = (double)NAN;
     enum mr_status status =
-        store_predictions(store, measured->landing.id, &rows, &count, error) ?:
-        store_trusts(store, measured->landing.id, &trusts, &trust_count, error) ?:
+        store_predictions_get(store, measured->landing.id, &rows, &count, error) ?:
+        store_trusts_get(store, measured->landing.id, &trusts, &trust_count, error) ?:
         store_runway_get(store, measured->landing.id, &state, &inputs->runway_source, &exists,
                          error) ?:
         load_max_risk(store, measured, inputs, error);

@@ -19,7 +19,7 @@ enum mr_status certificates_read(struct store *store, const char *board_uid,
     struct store_certificate *rows = NULL;
     size_t count = 0;
     memset(certificates, 0, sizeof *certificates);
-    enum mr_status status = store_certificates(store, board_uid, &rows, &count, error);
+    enum mr_status status = store_certificates_get(store, board_uid, &rows, &count, error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         if (rows[i].index < 0 || rows[i].index >= (int64_t)(MR_TRANSDUCERS + MR_GAGES))
             continue;

@@ -28,7 +28,7 @@ static enum mr_status find_landing(struct store *store, const struct mr_boxpage_
 {
     struct store_landing *rows = NULL;
     size_t count = 0;
-    enum mr_status status = store_landings(store, &rows, &count, error);
+    enum mr_status status = store_landings_get(store, &rows, &count, error);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         if (rows[i].board_landing == start->landing && strcmp(rows[i].board_uid, uid) == 0 &&
             (rows[i].armed_block == STORE_NONE ||
@@ -130,7 +130,7 @@ static enum mr_status count_edges(struct store *store, int64_t run, int64_t *edg
 {
     struct store_edge *rows = NULL;
     size_t count = 0;
-    enum mr_status status = store_edges(store, run, &rows, &count, error);
+    enum mr_status status = store_edges_get(store, run, &rows, &count, error);
     free(rows);
     *edges = (int64_t)count;
     return status;

@@ -112,7 +112,7 @@ static enum mr_status record_link_faults(struct collector *collector, struct lin
                                     .run = side->pending_faults_run,
                                     .board_us = side->pending_faults_us,
                                     .host_us = (int64_t)link_now_us(),
-                                    .kind = store_link_error_kind((int)side->kind),
+                                    .kind = store_link_error_event_kind((int)side->kind),
                                     .code = i,
                                     .detail = (int64_t)side->pending_faults[i],
                                     .value = (int64_t)side->counted_faults[i],

@@ -94,13 +94,13 @@ static enum mr_status fill_gaps(struct collector *collector, struct landing_slot
         .collector = collector, .can = collector->side[LINK_CAN], .error = error};
     bool lost = false;
     filler.can.current_landing = slot;
-    enum mr_status status = store_gaps(collector->store, slot->row.id, &filler.gaps, &filler.count,
-                                       error);
+    enum mr_status status = store_gaps_get(collector->store, slot->row.id, &filler.gaps,
+                                           &filler.count, error);
     for (size_t i = 0; i < filler.count; i++)
         lost |= filler.gaps[i].link == LINK_SERIAL;
     if (status == MR_OK && lost && slot->link_entered[LINK_CAN] && slot->link_entered[LINK_SERIAL])
-        status = store_frames_each(collector->store, slot->row.id, LINK_CAN, fill_frame, &filler,
-                                   error);
+        status = store_frames_for_each(collector->store, slot->row.id, LINK_CAN, fill_frame,
+                                       &filler, error);
     free(filler.gaps);
     return status;
 }

@@ -38,7 +38,7 @@ static enum mr_status handle_restart(struct collector *collector, struct link_st
             continue;
         slot->was_interrupted = true;
         if (side->kind == LINK_CAN)
-            status = store_newest_frame(collector->store, &slot->interruption_frame_row, error);
+            status = store_newest_frame_get(collector->store, &slot->interruption_frame_row, error);
     }
     if (status != MR_OK)
         return status;
@@ -194,7 +194,7 @@ static enum mr_status mark_newest_frame_row(struct collector *collector, struct 
         return MR_OK;
     can->frame_mark_block = block;
     can->marked_frame_row[0] = can->marked_frame_row[1];
-    return store_newest_frame(collector->store, &can->marked_frame_row[1], error);
+    return store_newest_frame_get(collector->store, &can->marked_frame_row[1], error);
 }
 
 /* True if the board sends the same message on both links. */

@@ -303,7 +303,7 @@ static enum mr_status collect_gear_message(struct collector *collector, struct l
 
 /* ---- predict: output of the predictor, and the runway and parameters of an armed landing ---- */
 
-static bool is_same_value(float a, float b)
+static bool has_same_bits(float a, float b)
 {
     return memcmp(&a, &b, sizeof a) == 0;
 }
@@ -359,7 +359,7 @@ static enum mr_status record_item(struct collector *collector, const struct link
 {
     if (m->index >= MR_PREDICT_ITEM_COUNT ||
         (collector->reported.predict_known[m->index] &&
-         is_same_value(collector->reported.predict_item[m->index], m->value)))
+         has_same_bits(collector->reported.predict_item[m->index], m->value)))
         return MR_OK;
     collector->reported.predict_known[m->index] = true;
     collector->reported.predict_item[m->index] = m->value;

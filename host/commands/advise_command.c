@@ -132,14 +132,14 @@ static size_t predict_relation(const struct request *r, struct store *store,
     json_t *values = json_object();
     char *word = xasprintf("%s=%s", relation->field, given);
     inspection_kind_find("conditions", &kind, fatal);
-    inspection_read(kind, word, values, fatal);
+    inspection_parse_field(kind, word, values, fatal);
     for (size_t i = 0; i < all->count; i++) {
         const struct inspection *entry = &all->entry[i];
         const char *choice =
             json_string_value(json_object_get(entry->values, relation->filter_field));
         struct store_result result = store_blank_result;
         bool found = false, is_void = false;
-        x[count] = inspection_number(entry->values, relation->field).value;
+        x[count] = inspection_get_number(entry->values, relation->field).value;
         if (!inspection_is_valid(entry, kind, 0) || isnan(x[count]) || !choice ||
             strcmp(choice, relation->filter_choice) != 0 ||
             (r->advise.before_run && entry->row.run >= r->advise.before_run))
@@ -149,7 +149,7 @@ static size_t predict_relation(const struct request *r, struct store *store,
         y[count] = relation->unit == UNIT_SPEED ? result.speed_ft_s : result.deceleration_ft_s2;
         count += found && !is_void && y[count] > 0.0;
     }
-    double at = inspection_number(values, relation->field).value;
+    double at = inspection_get_number(values, relation->field).value;
     if (count < RELATION_LANDINGS_MIN)
         error_set(fatal, MR_TOO_FEW,
                   "too few landings for %s: %zu with %s and %s=%s, and %d are needed; record them "

@@ -397,7 +397,7 @@ static void enter_certificate(const struct request *r)
     struct store_certificate row = {.made_us = (int64_t)link_now_us(), .index = r->channel};
     certificates_parse(r->certificate, &row, fatal);
     struct store *store = program_open_campaign(r->db, STORE_OPEN);
-    store_newest_board(store, row.board_uid, fatal);
+    store_newest_board_get(store, row.board_uid, fatal);
     if (!row.board_uid[0])
         error_set(fatal, MR_UNKNOWN, "the campaign has no board yet: %s; run matrig ready DB first",
                   r->db);
@@ -419,7 +419,7 @@ static unsigned recompute_landing(const struct request *r, struct store *store,
     struct mr_channel_config old[MR_CHANNELS];
     size_t found;
     unsigned values = 0;
-    store_channels(store, landing->id, old, &found, fatal);
+    store_channels_get(store, landing->id, old, &found, fatal);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct mr_channel_config *new = &config->channel[c];
         unsigned changed = 0;
@@ -454,7 +454,7 @@ static int recompute_landings(struct request *r)
     struct store *store = program_open_campaign(r->channel_text, STORE_OPEN);
     store_find_run(store, &r->run, fatal);
     store_begin(store, fatal);
-    store_landings(store, &rows, &count, fatal);
+    store_landings_get(store, &rows, &count, fatal);
     for (size_t i = 0; i < count; i++) {
         struct store_series series;
         store_landing_series_get(store, &rows[i], &series, fatal);

@@ -110,7 +110,7 @@ static int compare_one_landing(struct store *store, const struct request *reques
     struct compare_landing landing;
     struct compare_verdict verdict = {0};
     struct answer *answer = answer_new(cli->si);
-    store_refuse_void(store, request->run, request->include_voided, fatal);
+    store_check_not_void(store, request->run, request->include_voided, fatal);
     compare_run_landing(store, request->run, model, 0, &landing, fatal);
     if (request->output)
         write_csv(request, &landing, cli->si);

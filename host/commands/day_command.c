@@ -94,7 +94,7 @@ static void read_links(struct store *store, struct day_status *f)
 {
     struct store_session_row row = {0};
     int64_t session = 0;
-    store_newest_logged_session(store, &session, fatal);
+    store_newest_logged_session_get(store, &session, fatal);
     if (!session)
         return;
     store_session_get(store, session, &row, fatal);
@@ -110,7 +110,7 @@ static void read_landings(struct store *store, struct day_status *f)
 {
     struct store_landing landing;
     char note[STORE_JOURNAL_TEXT_SIZE];
-    store_newest_logged_run(store, &f->run, fatal);
+    store_newest_logged_run_get(store, &f->run, fatal);
     store_count_landings_since(store, local_midnight_us(f->now_us), &f->landings_today, fatal);
     if (!f->run)
         return;
@@ -125,7 +125,7 @@ static void read_series(struct store *store, struct day_status *f)
 {
     struct store_series *rows = NULL;
     size_t count = 0;
-    store_series_all(store, &rows, &count, fatal);
+    store_all_series_get(store, &rows, &count, fatal);
     if (count)
         memcpy(f->series, rows[count - 1].name, sizeof f->series);
     free(rows);
@@ -135,7 +135,7 @@ static void read_survey(struct store *store, struct day_status *f)
 {
     struct store_gage_survey *rows = NULL;
     size_t count = 0;
-    store_gage_surveys(store, &rows, &count, fatal);
+    store_gage_surveys_get(store, &rows, &count, fatal);
     if (count) {
         const struct store_gage_survey *row = &rows[count - 1];
         struct survey *survey = xmalloc(sizeof *survey);
@@ -146,7 +146,7 @@ static void read_survey(struct store *store, struct day_status *f)
         survey_load(store, row->id, survey, fatal);
         f->survey_read_count = survey_progress_count_read(&survey->progress);
         f->survey_item_count = survey->progress.plan.count;
-        store_gage_loaded(store, row->id, &f->runway_loaded_us, fatal);
+        store_gage_load_time_get(store, row->id, &f->runway_loaded_us, fatal);
         free(survey);
     }
     free(rows);
@@ -156,7 +156,7 @@ static void read_advice(struct store *store, struct day_status *f)
 {
     struct store_advice *rows = NULL;
     size_t count = 0;
-    store_advices(store, &rows, &count, fatal);
+    store_advices_get(store, &rows, &count, fatal);
     for (size_t i = 0; i < count; i++) {
         if (rows[i].made_us < f->armed_us)
             continue;
@@ -192,7 +192,7 @@ static void read_ready(struct store *store, struct day_status *f)
     char uid[25];
     struct store_readiness row = {0};
     bool found = false;
-    store_newest_board(store, uid, fatal);
+    store_newest_board_get(store, uid, fatal);
     if (uid[0])
         store_readiness_get(store, uid, "ready", f->now_us, true, &row, &found, fatal);
     if (!found)
@@ -214,7 +214,7 @@ static void day_status_read(struct store *store, int64_t now_us, struct day_stat
     memcpy(f->can, was.can, sizeof f->can);
     /* Read the lock before the other facts: a log that begins after this is then found by the next
      * call. */
-    f->is_logging = store_is_logged(store);
+    f->is_logging = store_is_being_logged(store);
     read_links(store, f);
     read_landings(store, f);
     read_series(store, f);
@@ -514,7 +514,7 @@ static bool ask_operator(struct day *day)
     size_t count = 0;
     if (day->operator_known)
         return true;
-    store_series_all(day->store, &rows, &count, fatal);
+    store_all_series_get(day->store, &rows, &count, fatal);
     if (count && rows[count - 1].made_us >= local_midnight_us(day->facts.now_us))
         snprintf(name, sizeof name, "%.63s", rows[count - 1].who);
     else

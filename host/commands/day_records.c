@@ -23,15 +23,16 @@ static bool ask_record(const char *db, int64_t run, const struct inspection_kind
     day_add_word(&line, kind->name);
     day_add_word(&line, run_text);
     for (const struct inspection_field *field = kind->field; field->name && goes_on; field++) {
-        const char *unit = field->choices ? field->choices : inspection_unit(field, false);
-        const char *choice = field->after ? json_string_value(json_object_get(values, field->after))
-                                          : "";
+        const char *unit = field->choices ? field->choices : inspection_get_unit(field, false);
+        const char *choice = field->required_choice
+                               ? json_string_value(json_object_get(values, field->required_choice))
+                               : "";
         if (field->type >= INSPECTION_DIGEST || !choice || strcmp(choice, "open") == 0)
             continue;
         bool ends = field == kind->field && !inspection_is_single(kind);
-        inspection_format(field, field->from_last || again ? last : NULL, was);
+        inspection_format_value(field, field->is_copied_from_last || again ? last : NULL, was);
         char *question = xasprintf(*unit ? "%s: %s, %s (Enter: %s): " : "%s: %s%s (Enter: %s): ",
-                                   kind->words, field->words, unit,
+                                   kind->description, field->description, unit,
                                    was[0] ? was
                                    : ends ? "none, or no more"
                                           : "no answer");
@@ -40,7 +41,7 @@ static bool ask_record(const char *db, int64_t run, const struct inspection_kind
             json_object_clear(one);
             goes_on = day_ask(question, value, sizeof value);
             snprintf(word[words], sizeof word[0], "%s=%s", field->name, value[0] ? value : was);
-        } while (goes_on && inspection_read(kind, word[words], one, error) != MR_OK);
+        } while (goes_on && inspection_parse_field(kind, word[words], one, error) != MR_OK);
         free(question);
         json_object_update(values, one);
         goes_on &= !(ends && !value[0] && !was[0]);
@@ -59,7 +60,7 @@ void day_ask_records(struct store *store, const char *db, int64_t run, struct er
     struct inspections all;
     inspection_load(store, &all, fatal);
     for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++) {
-        const struct inspection *last = inspection_newest(&all, kind, run);
+        const struct inspection *last = inspection_find_newest(&all, kind, run);
         if (kind->place != INSPECTION_LANDING || !last ||
             (inspection_is_single(kind) && last->row.run == run))
             continue;

@@ -52,8 +52,8 @@ static void list_series(struct store *store, struct answer *answer)
     struct store_series *rows = NULL;
     struct store_landing *landings = NULL;
     size_t count = 0, landed = 0;
-    store_series_all(store, &rows, &count, fatal);
-    store_landings(store, &landings, &landed, fatal);
+    store_all_series_get(store, &rows, &count, fatal);
+    store_landings_get(store, &landings, &landed, fatal);
     answer_open_table(answer, "series", "");
     for (size_t i = 0; i < count; i++) {
         char when[40];
@@ -95,7 +95,7 @@ static void begin_series(const struct request *r, struct store *store)
     annotation_copy(series.pattern, sizeof series.pattern, r->pattern);
     annotation_copy(series.modification, sizeof series.modification, r->modification);
     annotation_copy(series.notes, sizeof series.notes, r->note);
-    store_series_all(store, &rows, &count, fatal);
+    store_all_series_get(store, &rows, &count, fatal);
     for (size_t i = 0; i < count; i++) {
         if (strcmp(rows[i].name, series.name) == 0)
             error_set(fatal, MR_USAGE, "series '%s' exists already: %s; give a different name",
@@ -112,7 +112,7 @@ static void withdraw_series(const struct request *r, struct store *store)
     struct store_withdrawal row = {.kind = "series", .made_us = (int64_t)link_now_us()};
     struct store_series *rows = NULL;
     size_t count = 0;
-    store_series_all(store, &rows, &count, fatal);
+    store_all_series_get(store, &rows, &count, fatal);
     for (size_t i = 0; i < count; i++)
         row.item = strcmp(rows[i].name, r->withdraw_series) == 0 ? rows[i].id : row.item;
     free(rows);
@@ -125,14 +125,14 @@ static void withdraw_series(const struct request *r, struct store *store)
     annotation_copy(row.name, sizeof row.name, r->withdraw_series);
     annotation_copy(row.who, sizeof row.who, annotation_author(r->who));
     annotation_copy(row.reason, sizeof row.reason, r->reason);
-    store_withdraw(store, &row, fatal);
+    store_withdrawal_add(store, &row, fatal);
 }
 
 static void list_withdrawn(struct store *store, struct answer *answer)
 {
     struct store_withdrawal *rows = NULL;
     size_t count = 0;
-    store_withdrawals(store, &rows, &count, fatal);
+    store_withdrawals_get(store, &rows, &count, fatal);
     answer_open_table(answer, "withdrawn", "");
     for (size_t i = 0; i < count; i++) {
         char when[40];
@@ -219,7 +219,7 @@ static void store_correction(const struct request *r, struct store *store)
         struct store_series *rows;
         size_t count;
         bool there = false;
-        store_series_all(store, &rows, &count, fatal);
+        store_all_series_get(store, &rows, &count, fatal);
         for (size_t i = 0; i < count; i++)
             there |= strcmp(rows[i].name, value + 1) == 0;
         free(rows);
@@ -323,7 +323,7 @@ static void show_landing(const struct request *r, struct store *store, struct an
     struct store_landing *rows = NULL, landing;
     struct journal j;
     size_t count = 0;
-    store_landings(store, &rows, &count, fatal);
+    store_landings_get(store, &rows, &count, fatal);
     if (count == 0 && !r->run)
         cli_note(r->cli, "no landing yet: %s; record landings with matrig log --db %s", r->words[0],
                  r->words[0]);

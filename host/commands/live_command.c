@@ -73,7 +73,7 @@ static enum mr_status poll_campaign(struct watch *watch, struct error *error)
         status = store_follow(watch->store, &watch->position, FRAMES_PER_POLL, &follower, &more,
                               error);
     if (status == MR_OK)
-        status = store_newest_session(watch->store, &session, error);
+        status = store_newest_session_get(watch->store, &session, error);
     if (status == MR_OK && session != watch->session) {
         watch->session = session;
         status = store_session_get(watch->store, session, &watch->links, error);
@@ -100,7 +100,7 @@ static enum mr_status show_outcome(struct watch *watch, int64_t delay_ms, struct
     if (watch->last_check_ms && now_ms - watch->last_check_ms < OUTCOME_DELAY_MS / 2)
         return MR_OK;
     watch->last_check_ms = now_ms;
-    enum mr_status status = store_landings(watch->store, &row, &count, error);
+    enum mr_status status = store_landings_get(watch->store, &row, &count, error);
     if (status == MR_OK && count && row[count - 1].state == MR_LANDING_DONE)
         run = row[count - 1].id;
     free(row);
@@ -113,13 +113,13 @@ static enum mr_status show_outcome(struct watch *watch, int64_t delay_ms, struct
         now_ms - watch->finished_ms < delay_ms)
         return status;
     struct summary summary;
-    char line[RECORD_LINE_SIZE], words[RECORD_LINE_SIZE + 40];
+    char line[OUTCOME_LINE_SIZE], words[OUTCOME_LINE_SIZE + 40];
     watch->is_outcome_shown = true;
     status = summary_load(watch->store, run, &summary, error)
                ?: summary_load_outcome(watch->store, &summary, error);
     if (status == MR_OK) {
         snprintf(words, sizeof words, "RUN %lld: %s", (long long)run,
-                 record_format_line(&summary.outcome, line));
+                 outcome_record_format_line(&summary.outcome, line));
         live_hub_add_outcome(watch->hub, words);
     }
     summary_free(&summary);

@@ -390,7 +390,7 @@ static void read_subgrade(struct reader *r)
         int64_t newest = 0;
         for (size_t i = 0; i < all.count; i++) {
             const struct inspection *entry = &all.entry[i];
-            struct estimate bearing = inspection_number(entry->values, "bearing_lb_in3");
+            struct estimate bearing = inspection_get_number(entry->values, "bearing_lb_in3");
             double off_ft = fabs(entry->row.place - node * length_ft.value);
             if (!inspection_is_valid(entry, NULL, 0) || !(bearing.value > 0.0) ||
                 off_ft > nearest_ft || (off_ft == nearest_ft && entry->origin < newest))

@@ -101,7 +101,7 @@ static void read_recent_results(struct store *store, struct ready_inputs *f)
     bool found = false;
     int64_t kept_us = STORE_NONE;
     identity_uid_text(&f->identity, uid);
-    store_landings(store, &rows, &count, fatal);
+    store_landings_get(store, &rows, &count, fatal);
     for (size_t i = 0; i < count; i++) {
         if (strcmp(rows[i].board_uid, uid) != 0)
             continue;
@@ -111,7 +111,7 @@ static void read_recent_results(struct store *store, struct ready_inputs *f)
         f->previous_config_crc = rows[i].config_crc;
     }
     free(rows);
-    store_newest_shunt_spans(store, uid, f->previous_span_lb, &kept_us, fatal);
+    store_newest_shunt_spans_get(store, uid, f->previous_span_lb, &kept_us, fatal);
     store_readiness_get(store, uid, "ready", (int64_t)link_now_us(), false, &last, &found, fatal);
     if (found && last.made_us > kept_us)
         read_shunt_spans(last.checks, f->previous_span_lb);

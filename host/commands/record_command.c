@@ -41,22 +41,22 @@ static int list_kinds(const struct cli *cli)
     struct answer *answer = answer_new(false);
     char head[120], range[80];
     for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++) {
-        const struct inspection_field *place = inspection_place(kind);
-        snprintf(head, sizeof head, "%s: %s%s%s (report %s)", kind->name, kind->words,
-                 *place->name ? ", by " : "", *place->name ? place->words : "", kind->source);
+        const struct inspection_field *place = inspection_subject(kind);
+        snprintf(head, sizeof head, "%s: %s%s%s (report %s)", kind->name, kind->description,
+                 *place->name ? ", by " : "", *place->name ? place->description : "", kind->source);
         answer_open_group(answer, kind->name, head);
         for (const struct inspection_field *field = kind->field; field->name; field++) {
-            const char *unit = inspection_unit(field, false);
+            const char *unit = inspection_get_unit(field, false);
             snprintf(range, sizeof range, "%g to %g%s%s", field->low, field->high, *unit ? " " : "",
                      unit);
-            answer_add_text(answer, field->name, field->name, "%s: %s%s%s%s", field->words,
+            answer_add_text(answer, field->name, field->name, "%s: %s%s%s%s", field->description,
                             field->type == INSPECTION_NUMBER    ? range
                             : field->type == INSPECTION_CHOICE  ? field->choices
                             : field->type == INSPECTION_PICTURE ? "a file"
                             : field->type == INSPECTION_MARKS   ? "DISTANCE: X,Y X,Y X,Y [ERROR]"
                                                                 : "a text",
-                            field->from_last ? ", kept" : "", field->limit ? "; limit: " : "",
-                            field->limit ? field->limit : "");
+                            field->is_copied_from_last ? ", kept" : "",
+                            field->limit ? "; limit: " : "", field->limit ? field->limit : "");
         }
         answer_close_group(answer);
     }
@@ -69,33 +69,33 @@ static int list_kinds(const struct cli *cli)
 static void read_place(const struct request *r, struct store *store, struct store_record *row,
                        struct error *error)
 {
-    const struct inspection_field *place = inspection_place(r->kind);
+    const struct inspection_field *place = inspection_subject(r->kind);
     struct store_landing landing;
     struct estimate number;
     if (!*place->name != !r->place)
         error_set(error, MR_USAGE, "wrong place: a record of %s needs %s; see matrig record --help",
-                  r->kind->name, place->words);
+                  r->kind->name, place->description);
     else if (r->kind->place == INSPECTION_LANDING)
         (void)(parse_run(r->place, &row->run, error) ?: store_find_run(store, &row->run, error)
                    ?: store_landing_get(store, row->run, &landing, error));
-    else if (r->place && inspection_read_number(place, r->place, &number, error) == MR_OK)
+    else if (r->place && inspection_parse_number(place, r->place, &number, error) == MR_OK)
         row->place = number.value;
 }
 
 /* Adds kept values to the record: from the newest record of its kind, of landing `run` or the
  * nearest landing before it. Reports them. */
-static void keep_values(const struct inspections *all, const struct inspection_kind *kind,
-                        int64_t run, json_t *values, struct answer *answer)
+static void copy_values_from_last(const struct inspections *all, const struct inspection_kind *kind,
+                                  int64_t run, json_t *values, struct answer *answer)
 {
-    const struct inspection *last = inspection_newest(all, kind, run);
+    const struct inspection *last = inspection_find_newest(all, kind, run);
     char text[INSPECTION_TEXT_SIZE];
     if (!last)
         return;
     answer_open_table(answer, "kept", "");
     for (const struct inspection_field *field = kind->field; field->name; field++) {
-        if (!field->from_last || !inspection_copy_value(field, last->values, values))
+        if (!field->is_copied_from_last || !inspection_copy_value(field, last->values, values))
             continue;
-        inspection_format(field, values, text);
+        inspection_format_value(field, values, text);
         answer_open_row(answer);
         answer_add_text(answer, "field", "kept", "%s", field->name);
         answer_add_text(answer, "value", "value", "%s", text);
@@ -104,8 +104,8 @@ static void keep_values(const struct inspections *all, const struct inspection_k
     answer_close_group(answer);
 }
 
-static const struct inspection *find_valid(const struct request *r, const struct inspections *all,
-                                           int64_t id)
+static const struct inspection *find_valid_record(const struct request *r,
+                                                  const struct inspections *all, int64_t id)
 {
     for (size_t i = 0; i < all->count; i++)
         if (all->entry[i].row.id == id && inspection_is_valid(&all->entry[i], NULL, 0))
@@ -122,7 +122,7 @@ static enum mr_status add_record(const struct request *r, struct store *store,
     struct store_record row = store_blank_record;
     const struct inspection_kind *kind = r->kind;
     const int64_t id = r->correct ? r->correct : r->withdraw;
-    const struct inspection *old = id ? find_valid(r, all, id) : NULL;
+    const struct inspection *old = id ? find_valid_record(r, all, id) : NULL;
     json_t *values = json_object();
     if (old) {
         kind = old->kind;
@@ -132,11 +132,11 @@ static enum mr_status add_record(const struct request *r, struct store *store,
     } else
         read_place(r, store, &row, error);
     for (size_t i = 0; i < r->fields && error->status == MR_OK; i++)
-        inspection_read(kind, r->field[i], values, error);
+        inspection_parse_field(kind, r->field[i], values, error);
     for (const struct inspection_field *field = kind->field; old && field->name; field++)
         inspection_copy_value(field, old->values, values);
     if (!old && !r->csv && error->status == MR_OK)
-        keep_values(all, kind, row.run, values, answer);
+        copy_values_from_last(all, kind, row.run, values, answer);
     row.made_us = (int64_t)link_now_us();
     annotation_copy(row.kind, sizeof row.kind, kind->name);
     annotation_copy(row.who, sizeof row.who, annotation_author(r->who));
@@ -152,7 +152,7 @@ static enum mr_status add_record(const struct request *r, struct store *store,
 static void write_csv(const struct request *r, const struct inspections *all, int64_t run)
 {
     const struct inspection_kind *kind = r->kind;
-    const char *place = inspection_place(kind)->name;
+    const char *place = inspection_subject(kind)->name;
     struct output output;
     output_check(r->path, r->words[0], fatal);
     output_begin(&output, r->path, fatal);
@@ -168,7 +168,7 @@ static void write_csv(const struct request *r, const struct inspections *all, in
             fprintf(output.file, "%s,", place);
         for (const struct inspection_field *field = kind->field; field->name; field++) {
             if (entry)
-                inspection_format(field, entry->values, text);
+                inspection_format_value(field, entry->values, text);
             csv_write_cell(output.file, entry ? text : field->name);
             fputc(field[1].name ? ',' : '\n', output.file);
         }
@@ -184,7 +184,7 @@ static void read_csv(const struct request *r, struct store *store, struct inspec
     static char text[WORDS_MAX][4096];
     char *line = NULL, *header = NULL, *head[WORDS_MAX], *cell[WORDS_MAX];
     size_t room = 0, columns = 0;
-    const char *place = inspection_place(r->kind)->name;
+    const char *place = inspection_subject(r->kind)->name;
     json_t *names = json_object();
     struct error error = {0};
     FILE *in = fopen(r->csv, "r");
@@ -195,7 +195,7 @@ static void read_csv(const struct request *r, struct store *store, struct inspec
     for (size_t c = 0; c < columns; c++) {
         snprintf(text[0], sizeof text[0], "%.60s=", head[c]);
         if (strcasecmp(head[c], place) != 0 &&
-            inspection_read(r->kind, text[0], names, &error) != MR_OK)
+            inspection_parse_field(r->kind, text[0], names, &error) != MR_OK)
             error_set(fatal, error.status, "%s, line 1: %s; commas separate the columns", r->csv,
                       error.text);
     }
@@ -238,7 +238,7 @@ static void read_csv(const struct request *r, struct store *store, struct inspec
  * command from the marks that the user sets. */
 static void write_marks_page(const struct request *r, const struct inspections *all)
 {
-    const struct inspection *entry = find_valid(r, all, r->measure);
+    const struct inspection *entry = find_valid_record(r, all, r->measure);
     const struct asset *page = asset_find("/picture.html");
     struct output output;
     char *path = inspection_find_picture(all, entry, fatal);
@@ -329,7 +329,7 @@ static void show_records(const struct cli *cli, const struct request *r,
 }
 
 /* Names later records with the old value of a corrected field, which they may have kept. */
-static void show_uncorrected(const struct inspections *all, struct answer *answer)
+static void show_later_copies(const struct inspections *all, struct answer *answer)
 {
     const struct inspection *now = &all->entry[all->count - 1];
     char *list;
@@ -341,7 +341,8 @@ static void show_uncorrected(const struct inspections *all, struct answer *answe
         const struct inspection_field *field = now->kind->field;
         for (; is_later && inspection_is_valid(entry, now->kind, 0) && field->name; field++) {
             const json_t *old = json_object_get(now->corrected->values, field->name);
-            if (field->from_last && json_equal(json_object_get(entry->values, field->name), old) &&
+            if (field->is_copied_from_last &&
+                json_equal(json_object_get(entry->values, field->name), old) &&
                 !json_equal(json_object_get(now->values, field->name), old))
                 fprintf(out, "%s %s in record %lld", ftell(out) ? "," : "", field->name,
                         (long long)entry->row.id);
@@ -353,13 +354,13 @@ static void show_uncorrected(const struct inspections *all, struct answer *answe
     free(list);
 }
 
-static void show_added(const struct inspections *all, size_t before, struct answer *answer)
+static void show_added_records(const struct inspections *all, size_t before, struct answer *answer)
 {
     const struct inspection *last = &all->entry[all->count - 1];
     enum inspection_verdict worst = INSPECTION_NO_LIMIT;
     for (size_t i = before; i < all->count; i++)
-        if (inspection_judge(&all->entry[i]) > worst)
-            worst = inspection_judge(&all->entry[i]);
+        if (inspection_check_limits(&all->entry[i]) > worst)
+            worst = inspection_check_limits(&all->entry[i]);
     if (worst > INSPECTION_PASS)
         inspection_add_table(all, last->kind, 0, before, answer);
     answer_add_count(answer, "added", "records added", (int64_t)(all->count - before));
@@ -408,7 +409,7 @@ static int record_command(int argc, char **argv, const struct cli *cli)
         show_records(cli, &r, &all, run, answer);
     else if (inspection_add_differences(store, &all, false, r.compare, run, answer, fatal) == 0)
         answer_add_sentence(answer, NULL,
-                            inspection_has(&all, NULL, run)
+                            inspection_has_valid_record(&all, NULL, run)
                                 ? "The records of RUN %lld and RUN %lld do not differ."
                                 : "Neither RUN %lld nor RUN %lld has a record.",
                             (long long)r.compare, (long long)run);
@@ -417,9 +418,9 @@ static int record_command(int argc, char **argv, const struct cli *cli)
         if (all.count == before)
             error_set(fatal, MR_MALFORMED, "no records: %s; its first line names the columns",
                       r.csv);
-        show_added(&all, before, answer);
+        show_added_records(&all, before, answer);
         if (r.correct)
-            show_uncorrected(&all, answer);
+            show_later_copies(&all, answer);
     }
     inspection_free(&all);
     return answer_print(cli, answer, 0);

@@ -54,7 +54,7 @@ static enum mr_status load_losses(struct store *store, const struct replay *repl
 {
     struct store_gap *gap;
     size_t gaps;
-    enum mr_status status = store_gaps(store, replay->run, &gap, &gaps, error);
+    enum mr_status status = store_gaps_get(store, replay->run, &gap, &gaps, error);
     if (status != MR_OK)
         return status;
     for (size_t i = 0; i < gaps; i++)

@@ -41,7 +41,7 @@ static int report_command(int argc, char **argv, const struct cli *cli)
     report.store = program_open_campaign(words[0], STORE_READ);
     store_find_run(report.store, &report.run, fatal);
     if (report.run)
-        store_refuse_void(report.store, report.run, r.include_voided, fatal);
+        store_check_not_void(report.store, report.run, r.include_voided, fatal);
     report_begin(&report, r.include_voided, fatal);
     /* the file is created only when the page is complete */
     output_begin(&output, r.path, fatal);

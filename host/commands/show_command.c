@@ -7,7 +7,7 @@
 
 #include "host/analyse/journal.h"
 #include "host/analyse/measured_load.h"
-#include "host/analyse/record.h"
+#include "host/analyse/outcome.h"
 #include "host/analyse/summary.h"
 #include "host/base/command.h"
 #include "host/commands/commands.h"
@@ -37,7 +37,7 @@ static void load_links(struct store *store, int64_t run, struct preview *preview
 {
     struct store_gap *gap = NULL;
     size_t gaps = 0;
-    store_gaps(store, run, &gap, &gaps, fatal);
+    store_gaps_get(store, run, &gap, &gaps, fatal);
     summary_count_gaps(gap, gaps, preview->link);
     free(gap);
 }
@@ -269,7 +269,7 @@ static void add_contents(const char *db, size_t landings, size_t series, size_t 
 
 static void add_result(struct store *store, size_t landings, struct answer *answer)
 {
-    struct record record;
+    struct outcome_record record;
     if (landings == 0)
         return;
     if (landings > RECORDS_MAX) {
@@ -280,9 +280,9 @@ static void add_result(struct store *store, size_t landings, struct answer *answ
             RECORDS_MAX);
         return;
     }
-    record_load(store, &record, fatal);
-    record_to_answer(&record, true, answer);
-    record_free(&record);
+    outcome_record_load(store, &record, fatal);
+    outcome_record_to_answer(&record, true, answer);
+    outcome_record_free(&record);
 }
 
 static void list_landings(struct store *store, const char *db, struct answer *answer)
@@ -291,9 +291,9 @@ static void list_landings(struct store *store, const char *db, struct answer *an
     struct store_series *series = NULL;
     struct store_gage_survey *survey = NULL;
     size_t count = 0, series_count = 0, surveys = 0;
-    store_landings(store, &row, &count, fatal);
-    store_series_all(store, &series, &series_count, fatal);
-    store_gage_surveys(store, &survey, &surveys, fatal);
+    store_landings_get(store, &row, &count, fatal);
+    store_all_series_get(store, &series, &series_count, fatal);
+    store_gage_surveys_get(store, &survey, &surveys, fatal);
     add_landings(store, row, count, answer);
     add_contents(db, count, series_count, surveys, answer);
     add_result(store, count, answer);

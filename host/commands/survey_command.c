@@ -549,8 +549,8 @@ static int withdraw_survey(const struct request *request, struct store *store)
     snprintf(row.name, sizeof row.name, "%lld", (long long)row.item);
     annotation_copy(row.who, sizeof row.who, annotation_author(NULL));
     annotation_copy(row.reason, sizeof row.reason, request->reason);
-    store_withdraw(store, &row, fatal);
-    store_gage_loaded(store, row.item, &runway_loaded_us, fatal);
+    store_withdrawal_add(store, &row, fatal);
+    store_gage_load_time_get(store, row.item, &runway_loaded_us, fatal);
     cli_note(request->cli, "survey %lld was withdrawn, with %zu readings%s", (long long)row.item,
              survey_progress_count_read(&survey.progress),
              runway_loaded_us

@@ -60,7 +60,7 @@ static void load_landing(struct store *store, const struct request *r, struct bu
     struct error unread = {0};
     char *text = NULL;
     size_t count = 0;
-    store_landings(store, &rows, &count, fatal);
+    store_landings_get(store, &rows, &count, fatal);
     s->run = r->run ? r->run : count ? rows[count - 1].id : 0;
     store_find_run(store, &s->run, fatal);
     free(rows);
@@ -88,7 +88,7 @@ static void load_budget_input(const struct request *r, struct budget_input *s)
         config_text_load(r->config, &s->config, fatal);
     else
         load_landing(store, r, s);
-    store_newest_board(store, uid, fatal);
+    store_newest_board_get(store, uid, fatal);
     certificates_read(store, s->run ? s->measured.landing.board_uid : uid, &s->certificates, fatal);
 }
 

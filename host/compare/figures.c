@@ -561,7 +561,7 @@ static void add_channel(const struct measured_landing *measured, const struct co
 void compare_compute_figures(const struct measured_landing *measured,
                              const struct zones_slack *survey,
                              const struct compare_board_reports *reports,
-                             const struct store_simulation_head *head,
+                             const struct store_simulation_summary *head,
                              const struct store_simulation *rows, size_t count,
                              struct compare_figures *figures)
 {

@@ -196,7 +196,7 @@ struct compare_figures {
 void compare_compute_figures(const struct measured_landing *measured,
                              const struct zones_slack *survey,
                              const struct compare_board_reports *reports,
-                             const struct store_simulation_head *head,
+                             const struct store_simulation_summary *head,
                              const struct store_simulation *rows, size_t count,
                              struct compare_figures *figures);
 /* Means over the compared channels, weighted by their number of samples. */

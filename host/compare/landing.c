@@ -469,9 +469,9 @@ static void set_simulation_row(const struct compare_simulated *s, size_t column,
 
 static void set_simulation_head(const struct compare_model *model,
                                 const struct compare_simulated *s, double end_s,
-                                struct store_simulation_head *head)
+                                struct store_simulation_summary *head)
 {
-    *head = (struct store_simulation_head){
+    *head = (struct store_simulation_summary){
         .run_ms = s->simulation_ms,
         .error_in = s->solver_error_in,
         .seeds = (int64_t)s->seed_count,
@@ -548,8 +548,9 @@ static enum mr_status compute_figures(struct store *store, struct compare_landin
     struct store_prediction *predictions = NULL;
     struct compare_board_reports reports = {0};
     int64_t run = landing->measured.landing.id;
-    if (store_zones(store, run, &zones, &reports.zone_count, error) == MR_OK &&
-        store_predictions(store, run, &predictions, &reports.prediction_count, error) == MR_OK) {
+    if (store_zones_get(store, run, &zones, &reports.zone_count, error) == MR_OK &&
+        store_predictions_get(store, run, &predictions, &reports.prediction_count, error) ==
+            MR_OK) {
         reports.zone = zones;
         reports.prediction = predictions;
         compare_compute_figures(&landing->measured, survey, &reports, &landing->head, landing->row,
@@ -608,7 +609,7 @@ static enum mr_status select_runs(struct store *store, const char *name, int64_t
     size_t all = 0;
     *count = 0;
     *runs = NULL;
-    if (store_landings(store, &rows, &all, error) != MR_OK)
+    if (store_landings_get(store, &rows, &all, error) != MR_OK)
         return error->status;
     *runs = xcalloc(all + 1, sizeof **runs);
     for (size_t i = 0; i < all && error->status == MR_OK; i++) {

@@ -89,7 +89,7 @@ void compare_simulated_free(struct compare_simulated *simulated);
 struct compare_landing {
     struct compare_figures figures;
     struct measured_landing measured;
-    struct store_simulation_head head;
+    struct store_simulation_summary head;
     struct store_simulation row[MR_TRANSDUCERS];
     size_t row_count;
 };

@@ -87,7 +87,7 @@ enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const
         status = summary_load_clock(store, run, &export.time_map, &known, error);
     export.is_dated = known && export.time_map.refusal == TIMEMAP_OK;
     if (status == MR_OK)
-        status = store_frames_each(store, run, LINK_CAN, export_frame, &export, error);
+        status = store_frames_for_each(store, run, LINK_CAN, export_frame, &export, error);
     if (status == MR_OK)
         note_time_problems(&export, known, cli);
     *rows = export.frame_count;

@@ -386,8 +386,8 @@ static enum mr_status copy_template(struct landing_import *w, struct error *erro
     struct store_segment *segment = NULL;
     size_t places = 0, segments = 0;
     enum mr_status status =
-        store_switches(w->store, w->request->template_run, &place, &places, error)
-            ?: store_segments(w->store, w->request->template_run, &segment, &segments, error);
+        store_switches_get(w->store, w->request->template_run, &place, &places, error)
+            ?: store_segments_get(w->store, w->request->template_run, &segment, &segments, error);
     for (size_t i = 0; i < places && status == MR_OK; i++)
         status = store_switch_put(w->store, w->run, &place[i], error);
     for (size_t i = 0; i < segments && status == MR_OK; i++)
@@ -446,7 +446,7 @@ enum mr_status import_landing(struct store *store, struct mapping *mapping,
     struct landing_import w = {.store = store, .mapping = mapping, .request = request};
     if ((!request->template_run ||
          (measured_load(store, request->template_run, &w.template, error) == MR_OK &&
-          store_edges(store, request->template_run, &w.edge, &w.edge_count, error) == MR_OK)) &&
+          store_edges_get(store, request->template_run, &w.edge, &w.edge_count, error) == MR_OK)) &&
         compute_blocks(&w, error) == MR_OK && put_landing(&w, error) == MR_OK &&
         put_channels(&w, error) == MR_OK && put_gear(&w, error) == MR_OK &&
         store_session_end(store, w.session, (int64_t)link_now_us(), "end", error) == MR_OK) {

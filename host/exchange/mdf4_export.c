@@ -612,7 +612,7 @@ static enum mr_status put_frames(struct export_context *place, struct store *sto
             continue;
         describe_frames(place->file, place->kind, attached);
         memset(place->frame_count, 0, sizeof place->frame_count);
-        status = store_frames_each(store, run, LINK_CAN, put_frame, place, error);
+        status = store_frames_for_each(store, run, LINK_CAN, put_frame, place, error);
         mdf4_end_table(place->file);
     }
     return status;
@@ -634,8 +634,8 @@ static enum mr_status find_start_us(struct store *store, int64_t run,
                                     struct error *error)
 {
     *zero_us = STORE_NONE;
-    enum mr_status status = store_frames_each(store, run, LINK_CAN, find_first_frame, zero_us,
-                                              error);
+    enum mr_status status = store_frames_for_each(store, run, LINK_CAN, find_first_frame, zero_us,
+                                                  error);
     if (measured->source == MEASURED_NO_SOURCE || measured->samples == 0)
         return status;
     int64_t first_us = measured->t0_us + (int64_t)floor(1e6 * measured_time_s(measured, 0));

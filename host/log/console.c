@@ -253,9 +253,9 @@ static enum mr_status load_summary(struct logger *logger, int64_t run, struct su
 
 static void show_outcome_live(struct logger *logger, const struct summary *summary)
 {
-    char line[RECORD_LINE_SIZE], words[RECORD_LINE_SIZE + 40];
+    char line[OUTCOME_LINE_SIZE], words[OUTCOME_LINE_SIZE + 40];
     snprintf(words, sizeof words, "RUN %lld: %s", (long long)summary->measured.landing.id,
-             record_format_line(&summary->outcome, line));
+             outcome_record_format_line(&summary->outcome, line));
     live_hub_add_outcome(logger->live.hub, words);
 }
 

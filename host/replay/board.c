@@ -219,7 +219,7 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
             board->elf_path);
     }
     if (status == MR_OK)
-        status = store_landings(store, &landings, &count, error);
+        status = store_landings_get(store, &landings, &count, error);
     if (status == MR_OK && count == 0)
         status = error_set(
             error, MR_TRUNCATED,

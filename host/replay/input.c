@@ -116,7 +116,7 @@ static enum mr_status load_blocks(struct store *store, struct message_loader *lo
         return status;
     loading->capacity = (size_t)count;
     loading->answers->block = xcalloc(loading->capacity, sizeof *loading->answers->block);
-    return store_blocks_each(store, loading->run, handle_block, loading, loading->error);
+    return store_blocks_for_each(store, loading->run, handle_block, loading, loading->error);
 }
 
 enum mr_status board_messages_load(struct store *store, int64_t run, struct board_messages *answers,
@@ -129,7 +129,7 @@ enum mr_status board_messages_load(struct store *store, int64_t run, struct boar
     for (int link = 0; link < LINK_KINDS && status == MR_OK; link++) {
         loading.link = link;
         loading.state_block = -1;
-        status = store_frames_each(store, run, link, handle_frame, &loading, error);
+        status = store_frames_for_each(store, run, link, handle_frame, &loading, error);
     }
     if (status == MR_OK)
         status = load_blocks(store, &loading);
@@ -399,7 +399,8 @@ static enum mr_status put_commands(struct replay_writer *writer, struct store *s
     struct command_list commands = {0};
     struct store_segment *segment;
     size_t segments;
-    enum mr_status status = store_segments(store, recorded->landing.id, &segment, &segments, error);
+    enum mr_status status = store_segments_get(store, recorded->landing.id, &segment, &segments,
+                                               error);
     if (status != MR_OK)
         return status;
     put_zeros(writer, recorded, input);
@@ -467,9 +468,9 @@ static enum mr_status put_captures(struct replay_writer *writer, struct store *s
     size_t brakings = 0;
     const struct mr_block *first = &recorded->block[0];
     int64_t run = recorded->landing.id, shift = input->shift_blocks;
-    if (store_edges(store, run, &edge, &input->edge_count, error) == MR_OK &&
-        store_film_frames(store, run, &frame, &input->film_frame_count, error) == MR_OK &&
-        store_braking_edges(store, run, &braking, &brakings, error) == MR_OK) {
+    if (store_edges_get(store, run, &edge, &input->edge_count, error) == MR_OK &&
+        store_film_frames_get(store, run, &frame, &input->film_frame_count, error) == MR_OK &&
+        store_braking_edges_get(store, run, &braking, &brakings, error) == MR_OK) {
         for (size_t i = 0; i < input->edge_count; i++)
             put_line(writer, "edge %" PRIu64 "\n",
                      compute_capture_tick(edge[i].board_us, edge[i].tick, first, shift));

@@ -6,7 +6,7 @@
 
 #include "host/analyse/journal.h"
 #include "host/analyse/rig.h"
-#include "host/analyse/record.h"
+#include "host/analyse/outcome.h"
 #include "host/base/answer.h"
 #include "host/base/html.h"
 #include "host/base/xmalloc.h"
@@ -212,7 +212,7 @@ static size_t count_series_landings(const struct report *report, size_t first)
 static size_t count_landings_before(const struct report_facts *series, size_t at)
 {
     for (size_t i = 0; i < at; i++) {
-        if (series[i].landing.id == series[at].warning_record.same_runway_run)
+        if (series[i].landing.id == series[at].warning_record.first_run_on_runway)
             return count_landings_before(series, i);
     }
     return at;
@@ -226,7 +226,7 @@ static void write_restored_runways(FILE *out, const struct report_facts *series,
             continue;
         fprintf(out, "<p class=\"say\">RUN %lld started on the same runway as RUN %lld, restored",
                 (long long)series[i].landing.id,
-                (long long)series[i].warning_record.same_runway_run);
+                (long long)series[i].warning_record.first_run_on_runway);
         if (before)
             fprintf(out, ": the cumulative displacement continues from RUN %lld",
                     (long long)series[before - 1].landing.id);
@@ -339,7 +339,7 @@ static void draw_zone_row(const struct zone_rows *rows, size_t row, const struct
     if (facts->has_motion_fit)
         figure_add_shape(rows->figure, "stop", facts->stop_ft.value, facts->stop_ft.value,
                          top - 0.95, top - 0.05, NULL);
-    store_observations(report->store, facts->landing.id, &seen, &count, report->error);
+    store_observations_get(report->store, facts->landing.id, &seen, &count, report->error);
     for (size_t i = 0; i < count; i++) {
         char panels[30] = "";
         if (seen[i].withdrawn || isnan(seen[i].station_ft))
@@ -588,7 +588,7 @@ static void write_predictor(const struct report *report, FILE *out)
 }
 
 /* Adds a lead time such as "1.6 (1.2 to 1.6)". */
-static void add_lead_time(const struct record_row *row, struct answer *answer)
+static void add_lead_time(const struct outcome_record_row *row, struct answer *answer)
 {
     const char *label = "lead time, about (s)";
     if (isfinite(row->lead_time_s) && isfinite(row->lead_time_high_s))
@@ -602,23 +602,23 @@ static void add_lead_time(const struct record_row *row, struct answer *answer)
 }
 
 /* Adds a row with advice, warnings and outcome of a landing. */
-static void add_record_row(const struct record_row *row, struct answer *answer)
+static void add_record_row(const struct outcome_record_row *row, struct answer *answer)
 {
-    static const char *const warned[] = {[RECORD_NO_BOARD] = "no board",
-                                         [RECORD_WARNED] = "yes",
-                                         [RECORD_NO_WARNING] = "none",
-                                         [RECORD_NOT_RECEIVED] = "not known"};
+    static const char *const warned[] = {[WARNING_NO_BOARD] = "no board",
+                                         [WARNING_SENT] = "yes",
+                                         [WARNING_NOT_SENT] = "none",
+                                         [WARNING_NOT_RECEIVED] = "not known"};
     static const char *const came[] = {"not known", "yes", "no"};
     const struct outcome *outcome = &row->outcome;
-    char advice[RECORD_ADVICE_SIZE];
+    char advice[OUTCOME_ADVICE_SIZE];
     answer_open_row(answer);
     answer_add_count(answer, NULL, "RUN", row->run);
-    answer_add_text(answer, NULL, "outcome", "%s", record_verdict_text(row->verdict));
-    answer_add_text(answer, NULL, "advice", "%s", record_advice_text(row, advice));
+    answer_add_text(answer, NULL, "outcome", "%s", warning_outcome_text(row->warning_outcome));
+    answer_add_text(answer, NULL, "advice", "%s", outcome_record_format_advice(row, advice));
     answer_add_value(answer, NULL, "zone probability (%)", UNIT_NUMBER,
                      row->has_advice ? 100.0 * row->advice.zone : unknown_value, 0);
-    answer_add_text(answer, NULL, "warning", "%s", warned[row->warned])->is_warning = row->warned ==
-                                                                                      RECORD_WARNED;
+    answer_add_text(answer, NULL, "warning", "%s", warned[row->warning_status])->is_warning =
+        row->warning_status == WARNING_SENT;
     answer_add_value(answer, NULL, "warning at", UNIT_TIME, row->warned_t_s, 3);
     answer_add_value(answer, NULL, "highest risk", UNIT_NUMBER, row->max_risk, 2);
     answer_add_text(answer, NULL, "zone reached", "%s",
@@ -630,17 +630,18 @@ static void add_record_row(const struct record_row *row, struct answer *answer)
     answer_add_count(answer, NULL, "breaks observed", (int64_t)outcome->break_count);
     add_lead_time(row, answer);
     answer_add_text(answer, NULL, "evidence", "%s",
-                    row->verdict == RECORD_NOT_KNOWN ? row->unknown_reason
-                                                     : outcome_basis_text(outcome->basis));
+                    row->warning_outcome == WARNING_OUTCOME_UNKNOWN
+                        ? row->unknown_reason
+                        : outcome_basis_text(outcome->basis));
 }
 
 static void write_warnings(const struct report *report, FILE *out)
 {
-    const struct record *record = &report->record;
+    const struct outcome_record *record = &report->record;
     if (report->run || record->landing_count == 0)
         return;
     struct answer *answer = answer_new(report->si);
-    record_to_answer(record, false, answer);
+    outcome_record_to_answer(record, false, answer);
     answer_open_table(answer, NULL, "");
     for (size_t i = 0; i < record->row_count; i++)
         add_record_row(&record->row[i], answer);
@@ -705,7 +706,7 @@ static void add_advice_row(const struct store_advice *advice, const struct repor
     answer_add_text(answer, NULL, "warning in the landing", "%s",
                     !facts ? "no landing yet"
                     : facts->warning.has_warning
-                        ? record_verdict_text(facts->warning_record.verdict)
+                        ? warning_outcome_text(facts->warning_record.warning_outcome)
                         : "none");
     answer_add_text(answer, NULL, "reason", "%s", reason);
 }
@@ -729,7 +730,7 @@ static void write_advice(const struct report *report, FILE *out)
     struct store_advice *advice = NULL;
     size_t count = 0;
     struct answer *answer = answer_new(report->si);
-    store_advices(report->store, &advice, &count, report->error);
+    store_advices_get(report->store, &advice, &count, report->error);
     answer_open_table(answer, NULL, "");
     for (size_t i = 0; i < count; i++)
         add_advice_rows(report, &advice[i], i + 1, answer);
@@ -779,14 +780,14 @@ static void write_journal(const struct report *report, FILE *out)
         tables[t] = answer_new(report->si);
         answer_open_table(tables[t], NULL, titles[t]);
     }
-    store_landings(report->store, &landing, &count, report->error);
+    store_landings_get(report->store, &landing, &count, report->error);
     for (size_t i = 0; i < count && report->error->status == MR_OK; i++) {
         struct journal said;
         int64_t recalibrated = 0;
         if (report->run && landing[i].id != report->run)
             continue;
         journal_load(report->store, &landing[i], &said, report->error);
-        store_recalibrated_channels(report->store, landing[i].id, &recalibrated, report->error);
+        store_recalibrated_channels_get(report->store, landing[i].id, &recalibrated, report->error);
         add_journal_row(&landing[i], &said, recalibrated != 0, tables[0]);
         for (size_t k = 0; k < said.observation_count; k++) {
             if (said.observation[k].withdrawn)
@@ -883,7 +884,7 @@ const struct report_section report_sections[] = {
     {"compared", "Measured against simulated", write_comparisons, 2},
     {"slow", "Tension and temperature between landings", write_slow_readings, 0},
     {"journal", "Observations and notes", write_journal, 0},
-    {"records", "Acceptance and damage", report_records, 0},
+    {"records", "Acceptance and damage", report_write_records, 0},
     {"survey", "Surveys of the mat", report_write_surveys, 0},
     {NULL, NULL, NULL, 0},
 };

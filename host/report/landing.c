@@ -787,8 +787,8 @@ static void write_health(const struct report *report, const struct report_landin
     int64_t most = 0;
     struct answer *answer = answer_new(report->si);
     summary_add_health(&landing->summary, answer);
-    store_backlogs(report->store, landing->summary.measured.landing.id, &backlog, &backlogs,
-                   report->error);
+    store_backlogs_get(report->store, landing->summary.measured.landing.id, &backlog, &backlogs,
+                       report->error);
     for (size_t i = 0; i < backlogs; i++)
         most = backlog[i].waiting > most ? backlog[i].waiting : most;
     if (backlogs)
@@ -812,7 +812,7 @@ const struct report_part report_parts[] = {
     {"Bands", write_bands},
     {"Transducers and gages", write_channels},
     {"Measured against simulated", write_comparison},
-    {"Conditions, damage and pictures", report_landing_records},
+    {"Conditions, damage and pictures", report_write_landing_records},
     {"Record", write_facts},
     {"Health and losses", write_health},
     {NULL, NULL},

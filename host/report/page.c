@@ -371,16 +371,16 @@ static void put_zones_fact(const struct report *report, bool *of, FILE *out)
 
 static void put_outcome_counts_fact(const struct report *report, FILE *out)
 {
-    static const enum record_verdict verdict_order[] = {RECORD_HIT,           RECORD_LATE,
-                                                        RECORD_MISS,          RECORD_FALSE_ALARM,
-                                                        RECORD_TRUE_NEGATIVE, RECORD_NOT_KNOWN};
-    size_t count[RECORD_VERDICTS] = {0};
-    char outcome[RECORD_TEXT_SIZE];
+    static const enum warning_outcome verdict_order[] = {
+        WARNING_HIT,         WARNING_LATE,          WARNING_MISS,
+        WARNING_FALSE_ALARM, WARNING_TRUE_NEGATIVE, WARNING_OUTCOME_UNKNOWN};
+    size_t count[WARNING_OUTCOME_COUNT] = {0};
+    char outcome[OUTCOME_TEXT_SIZE];
     bool any = false;
     begin_fact(out, report->run ? "outcome" : "warnings by outcome");
     for (size_t i = 0; i < report->landings; i++) {
-        enum record_verdict verdict = report->facts[i].warning_record.verdict;
-        count[verdict < RECORD_VERDICTS ? verdict : RECORD_NOT_KNOWN]++;
+        enum warning_outcome verdict = report->facts[i].warning_record.warning_outcome;
+        count[verdict < WARNING_OUTCOME_COUNT ? verdict : WARNING_OUTCOME_UNKNOWN]++;
     }
     for (size_t k = 0; k < sizeof verdict_order / sizeof verdict_order[0]; k++) {
         if (count[verdict_order[k]] == 0)
@@ -388,14 +388,14 @@ static void put_outcome_counts_fact(const struct report *report, FILE *out)
         fputs(any ? "; " : "", out);
         if (!report->run)
             fprintf(out, "%zu ", count[verdict_order[k]]);
-        fputs(report->run ? record_format_outcome(&report->facts[0].warning_record, outcome)
-                          : record_verdict_text(verdict_order[k]),
+        fputs(report->run ? outcome_record_format_outcome(&report->facts[0].warning_record, outcome)
+                          : warning_outcome_text(verdict_order[k]),
               out);
         any = true;
     }
     for (size_t i = 0; i < report->landings; i++) {
-        const struct record_row *row = &report->facts[i].warning_record;
-        if (record_is_marginal(row))
+        const struct outcome_record_row *row = &report->facts[i].warning_record;
+        if (outcome_record_is_marginal(row))
             fprintf(
                 out,
                 " <small>RUN %lld reached %lld \xc2\xb1 %d mats: within the standard error of the "
@@ -409,9 +409,9 @@ static void put_outcome_counts_fact(const struct report *report, FILE *out)
                 "warning may have been late or in time</small>",
                 (long long)row->run, row->lead_time_low_s, row->lead_time_high_s);
     }
-    if (report->landings && count[RECORD_NOT_KNOWN] == report->landings && report->run)
+    if (report->landings && count[WARNING_OUTCOME_UNKNOWN] == report->landings && report->run)
         put_missing_value(out, "", report->facts[0].outcome_reason);
-    else if (report->landings && count[RECORD_NOT_KNOWN] == report->landings)
+    else if (report->landings && count[WARNING_OUTCOME_UNKNOWN] == report->landings)
         put_missing_value(out, "",
                           "survey the mat between landings; matrig landing DB RUN --observe");
     if (!any)
@@ -466,16 +466,17 @@ static void put_main_numbers(const struct report *report, bool *of, FILE *out)
 
 static void put_outcome_sentence(const struct report_facts *facts, FILE *out)
 {
-    char outcome[RECORD_TEXT_SIZE], evidence[RECORD_TEXT_SIZE], advice[RECORD_ADVICE_SIZE];
+    char outcome[OUTCOME_TEXT_SIZE], evidence[OUTCOME_TEXT_SIZE], advice[OUTCOME_ADVICE_SIZE];
     fputs("<p class=\"outcome\"><strong>Outcome: ", out);
-    html_write_text(out, record_format_outcome(&facts->warning_record, outcome));
+    html_write_text(out, outcome_record_format_outcome(&facts->warning_record, outcome));
     fputs(".</strong> ", out);
-    record_format_evidence(&facts->warning_record, evidence);
+    outcome_record_format_evidence(&facts->warning_record, evidence);
     evidence[0] = (char)toupper((unsigned char)evidence[0]);
     html_write_text(out, evidence);
     fputc('.', out);
     if (facts->warning_record.has_advice)
-        fprintf(out, " Advice before it: %s.", record_advice_text(&facts->warning_record, advice));
+        fprintf(out, " Advice before it: %s.",
+                outcome_record_format_advice(&facts->warning_record, advice));
     fputs("</p>\n", out);
 }
 
@@ -794,11 +795,12 @@ static void write_sections(const struct report *report, FILE *contents, FILE *bo
         free(text);
     }
     for (size_t i = 0; i < report->landings; i++) {
-        enum record_verdict verdict = report->facts[i].warning_record.verdict;
+        enum warning_outcome verdict = report->facts[i].warning_record.warning_outcome;
         fprintf(contents, "<li><a href=\"#run%lld\">RUN %lld: landing %lld%s%s</a></li>\n",
                 (long long)report->row[i].id, (long long)report->row[i].id,
-                (long long)report->row[i].board_landing, verdict == RECORD_NOT_KNOWN ? "" : ", ",
-                verdict == RECORD_NOT_KNOWN ? "" : record_verdict_text(verdict));
+                (long long)report->row[i].board_landing,
+                verdict == WARNING_OUTCOME_UNKNOWN ? "" : ", ",
+                verdict == WARNING_OUTCOME_UNKNOWN ? "" : warning_outcome_text(verdict));
     }
 }
 
@@ -837,7 +839,7 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
     report->calibrations = answer_new(report->si);
     write_landings(report, landings);
     if (error->status == MR_OK && !report->run)
-        record_end(report->store, &report->record, error);
+        outcome_record_end(report->store, &report->record, error);
     if (error->status == MR_OK)
         write_front_page(report, &front, &length);
     if (error->status == MR_OK) {

@@ -11,13 +11,13 @@
 #include "host/report/report.h"
 
 /* rows of the map, from the bottom up, by kind of record */
-static const char *const rows[] = {"subgrade", "mat", "damage"};
-enum { SUBGRADE, MAT, DAMAGE, ROWS };
+static const char *const map_row_names[] = {"subgrade", "mat", "damage"};
+enum { MAP_ROW_SUBGRADE, MAP_ROW_MAT, MAP_ROW_DAMAGE, MAP_ROW_COUNT };
 
-static const char *row_name(void *context, size_t i)
+static const char *get_map_row_name(void *context, size_t i)
 {
     (void)context;
-    return rows[i];
+    return map_row_names[i];
 }
 
 /* Draws a record on the map: damage over its length, a record of acceptance over one mat. */
@@ -25,12 +25,14 @@ static void draw_record(struct figure *figure, const struct inspection *entry, u
 {
     static const char *const verdicts[] = {NULL, "passed", "closed", "failed"};
     const char *repair = json_string_value(json_object_get(entry->values, "repair")),
-               *shape = row == DAMAGE ? "damaged" : verdicts[inspection_judge(entry)];
+               *shape = row == MAP_ROW_DAMAGE ? "damaged"
+                                              : verdicts[inspection_check_limits(entry)];
     const double mat_ft = (double)MR_MAT_LENGTH_FT, y = row + 0.5;
-    double from_ft = row == DAMAGE ? inspection_number(entry->values, "station_ft").value
-                   : row == MAT    ? (entry->row.place - 1.0) * mat_ft
-                                   : entry->row.place - 0.5 * mat_ft,
-           to_ft = from_ft + fmax(mat_ft, inspection_number(entry->values, "length_ft").value);
+    double from_ft = row == MAP_ROW_DAMAGE
+                       ? inspection_get_number(entry->values, "station_ft").value
+                   : row == MAP_ROW_MAT ? (entry->row.place - 1.0) * mat_ft
+                                        : entry->row.place - 0.5 * mat_ft,
+           to_ft = from_ft + fmax(mat_ft, inspection_get_number(entry->values, "length_ft").value);
     if (repair && strcmp(repair, "open") != 0)
         shape = "repaired";
     if (!shape || isnan(from_ft))
@@ -48,9 +50,10 @@ static void draw_map(const struct report *report, FILE *out)
     const struct inspections *all = &report->records;
     struct figure figure;
     bool has_begun = false;
-    for (size_t i = 0; i < ROWS * all->count; i++) {
-        const struct inspection *entry = &all->entry[i / ROWS];
-        if (!inspection_is_valid(entry, NULL, 0) || strcmp(entry->kind->name, rows[i % ROWS]) != 0)
+    for (size_t i = 0; i < MAP_ROW_COUNT * all->count; i++) {
+        const struct inspection *entry = &all->entry[i / MAP_ROW_COUNT];
+        if (!inspection_is_valid(entry, NULL, 0) ||
+            strcmp(entry->kind->name, map_row_names[i % MAP_ROW_COUNT]) != 0)
             continue;
         if (!has_begun) {
             figure = figure_begin(out, report->si, "damage and acceptance against station", 1,
@@ -59,13 +62,13 @@ static void draw_map(const struct report *report, FILE *out)
                                                             .x_unit = UNIT_STATION,
                                                             .y_unit = UNIT_NUMBER,
                                                             .x_high = RIG_RUNWAY_FT,
-                                                            .y_high = ROWS,
+                                                            .y_high = MAP_ROW_COUNT,
                                                             .height_px = 130,
-                                                            .tick_name = row_name,
-                                                            .tick_count = ROWS});
+                                                            .tick_name = get_map_row_name,
+                                                            .tick_count = MAP_ROW_COUNT});
         }
         has_begun = true;
-        draw_record(&figure, entry, (unsigned)(i % ROWS));
+        draw_record(&figure, entry, (unsigned)(i % MAP_ROW_COUNT));
     }
     if (has_begun)
         figure_end(&figure, keys, "Valid records, by station.");
@@ -123,14 +126,14 @@ static void write_pictures(const struct report *report, int64_t run, FILE *out)
     }
 }
 
-void report_records(const struct report *report, FILE *out)
+void report_write_records(const struct report *report, FILE *out)
 {
     draw_map(report, out);
     write_tables(report, 0, out);
 }
 
-void report_landing_records(const struct report *report, const struct report_landing *landing,
-                            FILE *out)
+void report_write_landing_records(const struct report *report, const struct report_landing *landing,
+                                  FILE *out)
 {
     write_tables(report, landing->summary.measured.landing.id, out);
     write_pictures(report, landing->summary.measured.landing.id, out);

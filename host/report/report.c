@@ -272,12 +272,12 @@ static enum mr_status load_landing(struct store *store, const struct store_landi
     return summary_load(store, row->id, &landing->summary, error) ?:
            zones_load_survey(store, row->id, &landing->survey, error) ?:
            store_landing_series_get(store, row, &landing->series, error) ?:
-           store_motions(store, row->id, &landing->motion, &landing->motion_count, error) ?:
-           store_predictions(store, row->id, &landing->prediction, &landing->prediction_count,
+           store_motions_get(store, row->id, &landing->motion, &landing->motion_count, error) ?:
+           store_predictions_get(store, row->id, &landing->prediction, &landing->prediction_count,
                              error) ?:
-           store_simulations(store, row->id, &landing->simulation, &landing->simulation_count,
+           store_simulations_get(store, row->id, &landing->simulation, &landing->simulation_count,
                              error) ?:
-           store_simulation_head_get(store, row->id, &landing->simulation_head, error) ?:
+           store_simulation_summary_get(store, row->id, &landing->simulation_head, error) ?:
            load_config(store, landing, error);
 }
 
@@ -316,27 +316,29 @@ static enum mr_status load_facts(struct report *report, const struct report_land
                                  struct report_facts *facts, struct error *error)
 {
     const struct measured_landing *measured = &landing->summary.measured;
-    const struct record_landing given = {measured, &landing->summary.zones};
+    const struct outcome_record_landing given = {measured, &landing->summary.zones};
     memset(facts, 0, sizeof *facts);
     set_facts(landing, facts);
     return load_weight(report->store, measured->landing.id, &facts->weight_lb, error)
-             ?: record_judge(report->store, &report->record, &given, error);
+             ?: outcome_record_evaluate(report->store, &report->record, &given, error);
 }
 
 /* Set the outcome of the landing's warnings. */
 static void set_outcome(struct report *report, struct report_facts *facts)
 {
-    const struct record_row *row = record_find_row(&report->record, facts->landing.id);
+    const struct outcome_record_row *row = outcome_record_find_row(&report->record,
+                                                                   facts->landing.id);
     if (!row)
         return;
     facts->warning_record = *row;
     snprintf(facts->outcome_reason, sizeof facts->outcome_reason, "%s",
              row->unknown_reason ? row->unknown_reason : "");
-    facts->problems |=
-        (row->outcome.wave_count ? REPORT_OBSERVED_WAVE : 0u) |
-        (row->outcome.break_count ? REPORT_OBSERVED_BREAK : 0u) |
-        (row->verdict == RECORD_MISS || row->verdict == RECORD_LATE ? REPORT_MISSED_WARNING : 0u) |
-        (row->verdict == RECORD_FALSE_ALARM ? REPORT_FALSE_WARNING : 0u);
+    facts->problems |= (row->outcome.wave_count ? REPORT_OBSERVED_WAVE : 0u) |
+                       (row->outcome.break_count ? REPORT_OBSERVED_BREAK : 0u) |
+                       (row->warning_outcome == WARNING_MISS || row->warning_outcome == WARNING_LATE
+                            ? REPORT_MISSED_WARNING
+                            : 0u) |
+                       (row->warning_outcome == WARNING_FALSE_ALARM ? REPORT_FALSE_WARNING : 0u);
 }
 
 enum mr_status report_landing_load(struct report *report, size_t at, struct report_landing *landing,
@@ -379,9 +381,9 @@ enum mr_status report_begin(struct report *report, bool voided, struct error *er
     if (report->run)
         status = store_landing_get(report->store, report->run, &one, error);
     if (status == MR_OK)
-        status = store_landings(report->store, &report->row, &count, error);
+        status = store_landings_get(report->store, &report->row, &count, error);
     if (status == MR_OK)
-        status = record_begin(report->store, &report->record, error);
+        status = outcome_record_begin(report->store, &report->record, error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         bool is_void = false;
         if (report->run && report->row[i].id != report->run)
@@ -394,7 +396,7 @@ enum mr_status report_begin(struct report *report, bool voided, struct error *er
     }
     report->facts = xcalloc(report->landings + 1, sizeof *report->facts);
     return status ?: inspection_load(report->store, &report->records, error)
-                  ?: store_slow_rows(report->store, NULL, &report->slow_reading,
+                  ?: store_slow_log_get(report->store, NULL, &report->slow_reading,
                                      &report->slow_count, error);
 }
 
@@ -413,7 +415,7 @@ void report_landing_free(struct report_landing *landing)
 
 void report_free(struct report *report)
 {
-    record_free(&report->record);
+    outcome_record_free(&report->record);
     inspection_free(&report->records);
     free(report->row);
     free(report->facts);

@@ -6,7 +6,7 @@
 
 #include "common/config.h"
 #include "host/analyse/inspection.h"
-#include "host/analyse/record.h"
+#include "host/analyse/outcome.h"
 #include "host/analyse/summary.h"
 #include "host/base/answer.h"
 #include "host/compare/figures.h"
@@ -27,7 +27,7 @@ struct report_landing {
     size_t prediction_count;
     struct store_simulation *simulation; /* channels of the newest comparison */
     size_t simulation_count;
-    struct store_simulation_head simulation_head; /* common data of the newest comparison */
+    struct store_simulation_summary simulation_head; /* common data of the newest comparison */
     struct mr_config *config; /* configuration of the board; NULL: it was never read */
     double *station_ft;       /* station of the lead wheel at each sample; NULL: not known */
     /* figures of the newest comparison, computed again with the present calibration; NULL: none */
@@ -98,7 +98,7 @@ struct report_facts {
     char calibration_hash[REPORT_HASH_SIZE];
     struct mr_estimate weight_lb; /* weight as entered by the user (matrig landing) */
     unsigned problems;
-    struct record_row warning_record;
+    struct outcome_record_row warning_record;
     char outcome_reason[120]; /* text of warning_record.unknown_reason */
 };
 
@@ -108,7 +108,7 @@ struct report {
     struct store_landing *row; /* landings in the report */
     struct report_facts *facts;
     size_t landings, voided_landings; /* voided_landings: number of landings that are left out */
-    struct record record;
+    struct outcome_record record;
     struct inspections records;
     struct store_slow *slow_reading;
     size_t slow_count;
@@ -149,9 +149,9 @@ extern const struct report_part { /* parts of each landing */
 /* Writes the section about surveys of the mat. */
 void report_write_surveys(const struct report *report, FILE *out);
 /* Writes the crew's records: those of the runway with a map, or those of a landing. */
-void report_records(const struct report *report, FILE *out);
-void report_landing_records(const struct report *report, const struct report_landing *landing,
-                            FILE *out);
+void report_write_records(const struct report *report, FILE *out);
+void report_write_landing_records(const struct report *report, const struct report_landing *landing,
+                                  FILE *out);
 
 /* Returns the name of the database without its folder. */
 const char *report_database_name(const struct report *report);

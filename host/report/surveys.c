@@ -155,8 +155,8 @@ void report_write_surveys(const struct report *report, FILE *out)
     struct survey *survey = xmalloc(sizeof *survey);
     struct survey_results *found = xmalloc(sizeof *found);
     size_t count = 0;
-    bool any = store_gage_surveys(report->store, &rows, &count, report->error) == MR_OK && count &&
-               survey_load(report->store, 0, survey, report->error) == MR_OK &&
+    bool any = store_gage_surveys_get(report->store, &rows, &count, report->error) == MR_OK &&
+               count && survey_load(report->store, 0, survey, report->error) == MR_OK &&
                survey_evaluate(report->store, survey, found, report->error) == MR_OK;
     if (any) {
         write_surveys_table(out, rows, count);

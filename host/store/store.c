@@ -97,7 +97,7 @@ static int execute_with_row(sqlite3 *database, const char *sql, sqlite3_stmt *ro
 /* True if a campaign has exactly the schema of a new one. A schema can contain programs, such as a
  * view that never ends or a trigger that runs at every row, so any difference is refused. `what` is
  * set to the first object that only one of the two schemas has. */
-static bool has_same_schema(sqlite3 *database, char what[STORE_TEXT_SIZE])
+static bool has_expected_schema(sqlite3 *database, char what[STORE_TEXT_SIZE])
 {
     sqlite3 *fresh = NULL;
     sqlite3_stmt *row = NULL;
@@ -137,7 +137,7 @@ static bool has_same_schema(sqlite3 *database, char what[STORE_TEXT_SIZE])
 static enum mr_status check_schema(struct store *store, struct error *error)
 {
     char what[STORE_TEXT_SIZE];
-    if (has_same_schema(store->database, what))
+    if (has_expected_schema(store->database, what))
         return MR_OK;
     return error_set(error, MR_MALFORMED,
                      "the tables of the campaign are not those of matrig (%s): %s; drop the "
@@ -361,7 +361,7 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
 }
 
 /* The descriptor stays open: closing it would release SQLite's locks (see lock_for_log). */
-bool store_is_logged(struct store *store)
+bool store_is_being_logged(struct store *store)
 {
     if (!store->lock_fd)
         store->lock_fd = open(store->path, O_RDONLY | O_CLOEXEC);
@@ -547,17 +547,18 @@ static enum mr_status read_file_header(const struct store *store, struct store_f
              : MR_MALFORMED;
 }
 
-static int write_guarded(sqlite3_file *file, const void *bytes, int length, sqlite3_int64 at)
+static int write_if_not_overwritten(sqlite3_file *file, const void *bytes, int length,
+                                    sqlite3_int64 at)
 {
-    const struct store_guard *guard = (const struct store_guard *)file->pMethods;
+    const struct store_write_guard *guard = (const struct store_write_guard *)file->pMethods;
     return store_is_overwritten(guard->store)
              ? SQLITE_IOERR_WRITE
              : guard->original_methods->xWrite(file, bytes, length, at);
 }
 
-static int truncate_guarded(sqlite3_file *file, sqlite3_int64 length)
+static int truncate_if_not_overwritten(sqlite3_file *file, sqlite3_int64 length)
 {
-    const struct store_guard *guard = (const struct store_guard *)file->pMethods;
+    const struct store_write_guard *guard = (const struct store_write_guard *)file->pMethods;
     return store_is_overwritten(guard->store) ? SQLITE_IOERR_TRUNCATE
                                               : guard->original_methods->xTruncate(file, length);
 }
@@ -572,9 +573,9 @@ static void install_write_guard(struct store *store)
             SQLITE_OK ||
         !file || !file->pMethods)
         return;
-    store->guard = (struct store_guard){*file->pMethods, file->pMethods, store};
-    store->guard.methods.xWrite = write_guarded;
-    store->guard.methods.xTruncate = truncate_guarded;
+    store->guard = (struct store_write_guard){*file->pMethods, file->pMethods, store};
+    store->guard.methods.xWrite = write_if_not_overwritten;
+    store->guard.methods.xTruncate = truncate_if_not_overwritten;
     file->pMethods = &store->guard.methods;
 }
 

@@ -47,7 +47,7 @@ struct store;
 enum mr_status store_open(const char *path, enum store_mode mode, struct store **store,
                           struct error *error);
 /* True if a matrig log, in any process, has the campaign open. */
-bool store_is_logged(struct store *store);
+bool store_is_being_logged(struct store *store);
 /* Checks that a campaign can be written at the path. Fails with MR_IO and the reason. */
 enum mr_status store_check_writable(const char *path, struct error *error);
 /* closes the store; rolls back uncommitted changes. NULL is allowed */
@@ -88,8 +88,8 @@ enum mr_status store_landing_get(struct store *store, int64_t run, struct store_
 enum mr_status store_find_run(struct store *store, int64_t *run, struct error *error);
 
 /* Functions that read all rows of one kind of a landing, in order. A function named by a plural
- * reads an array: store_edges(store, run, &rows, &count, error) reads rows of struct store_edge,
- * and the caller frees the array.
+ * reads an array: store_edges_get(store, run, &rows, &count, error) reads rows of struct
+ * store_edge, and the caller frees the array.
  *
  * Switch events: `code` is the reason (common/switches.h), `detail` the switch (0: unknown),
  * `count` the number of times. Channel events: `code` is the validity (common/channels.h), `detail`
@@ -97,46 +97,46 @@ enum mr_status store_find_run(struct store *store, int64_t *run, struct error *e
  * `detail` has the bits of reset_cause in the message `hello` (0: not received). Backlogs are the
  * blocks in which other tasks waited for the predictor. For gage readings, `run` is the id of the
  * gage survey, and the rows are in the order of writing. */
-#define STORE_LANDING_ROW_FUNCTIONS(X)                  \
-    X(store_switches, switch, SWITCHES)                 \
-    X(store_segments, segment, SEGMENTS)                \
-    X(store_edges, edge, EDGES)                         \
-    X(store_motions, motion, MOTIONS)                   \
-    X(store_zones, zone, ZONES)                         \
-    X(store_gaps, gap, GAPS)                            \
-    X(store_time_maps, time_map, TIME_MAPS)             \
-    X(store_film_frames, film_frame, FILM_FRAMES)       \
-    X(store_switch_events, fault, SWITCH_EVENTS)        \
-    X(store_channel_events, fault, CHANNEL_EVENTS)      \
-    X(store_restarts, fault, RESTARTS)                  \
-    X(store_command_events, fault, COMMAND_EVENTS)      \
-    X(store_key_states, fault, KEY_STATES)              \
-    X(store_bands, band, BANDS)                         \
-    X(store_band_events, band_event, BAND_EVENTS)       \
-    X(store_risks, risk, RISKS)                         \
-    X(store_predictions, prediction, PREDICTIONS)       \
-    X(store_backlogs, backlog, BACKLOGS)                \
-    X(store_braking_edges, braking_edge, BRAKING_EDGES) \
-    X(store_trusts, trust, TRUSTS)                      \
-    X(store_predict_items, predict_item, PREDICT_ITEMS) \
-    X(store_risk_items, risk_item, RISK_ITEMS)          \
-    X(store_changes, change, CHANGES)                   \
-    X(store_observations, observation, OBSERVATIONS)    \
-    X(store_gage_readings, gage_reading, GAGE_READINGS)
+#define STORE_LANDING_ROW_FUNCTIONS(X)                      \
+    X(store_switches_get, switch, SWITCHES)                 \
+    X(store_segments_get, segment, SEGMENTS)                \
+    X(store_edges_get, edge, EDGES)                         \
+    X(store_motions_get, motion, MOTIONS)                   \
+    X(store_zones_get, zone, ZONES)                         \
+    X(store_gaps_get, gap, GAPS)                            \
+    X(store_time_maps_get, time_map, TIME_MAPS)             \
+    X(store_film_frames_get, film_frame, FILM_FRAMES)       \
+    X(store_switch_events_get, fault, SWITCH_EVENTS)        \
+    X(store_channel_events_get, fault, CHANNEL_EVENTS)      \
+    X(store_restarts_get, fault, RESTARTS)                  \
+    X(store_command_events_get, fault, COMMAND_EVENTS)      \
+    X(store_key_states_get, fault, KEY_STATES)              \
+    X(store_bands_get, band, BANDS)                         \
+    X(store_band_events_get, band_event, BAND_EVENTS)       \
+    X(store_risks_get, risk, RISKS)                         \
+    X(store_predictions_get, prediction, PREDICTIONS)       \
+    X(store_backlogs_get, backlog, BACKLOGS)                \
+    X(store_braking_edges_get, braking_edge, BRAKING_EDGES) \
+    X(store_trusts_get, trust, TRUSTS)                      \
+    X(store_predict_items_get, predict_item, PREDICT_ITEMS) \
+    X(store_risk_items_get, risk_item, RISK_ITEMS)          \
+    X(store_changes_get, change, CHANGES)                   \
+    X(store_observations_get, observation, OBSERVATIONS)    \
+    X(store_gage_readings_get, gage_reading, GAGE_READINGS)
 #define STORE_DECLARE_LANDING_ROWS(function, row, NAME)                                  \
     enum mr_status function(struct store *store, int64_t run, struct store_##row **rows, \
                             size_t *count, struct error *error);
 STORE_LANDING_ROW_FUNCTIONS(STORE_DECLARE_LANDING_ROWS)
 
-/* Functions that read all rows of one kind of the campaign: store_landings(store, &rows, &count,
- * error). Withdrawn series and surveys are left out. */
-#define STORE_CAMPAIGN_ROW_FUNCTIONS(X)              \
-    X(store_landings, landing, LANDINGS)             \
-    X(store_series_all, series, SERIES)              \
-    X(store_advices, advice, ADVICES)                \
-    X(store_gage_surveys, gage_survey, GAGE_SURVEYS) \
-    X(store_withdrawals, withdrawal, WITHDRAWALS)    \
-    X(store_records, record, RECORDS)
+/* Functions that read all rows of one kind of the campaign: store_landings_get(store, &rows,
+ * &count, error). Withdrawn series and surveys are left out. */
+#define STORE_CAMPAIGN_ROW_FUNCTIONS(X)                  \
+    X(store_landings_get, landing, LANDINGS)             \
+    X(store_all_series_get, series, SERIES)              \
+    X(store_advices_get, advice, ADVICES)                \
+    X(store_gage_surveys_get, gage_survey, GAGE_SURVEYS) \
+    X(store_withdrawals_get, withdrawal, WITHDRAWALS)    \
+    X(store_records_get, record, RECORDS)
 #define STORE_DECLARE_CAMPAIGN_ROWS(function, row, NAME)                                   \
     enum mr_status function(struct store *store, struct store_##row **rows, size_t *count, \
                             struct error *error);
@@ -154,33 +154,34 @@ STORE_CAMPAIGN_ROW_FUNCTIONS(STORE_DECLARE_CAMPAIGN_ROWS)
     X(store_slow_put, slow)             \
     X(store_series_add, series)         \
     X(store_advice_add, advice)         \
-    X(store_withdraw, withdrawal)       \
+    X(store_withdrawal_add, withdrawal) \
     X(store_record_add, record)
 #define STORE_DECLARE_CAMPAIGN_PUT(function, row)                                 \
     enum mr_status function(struct store *store, const struct store_##row *value, \
                             struct error *error);
 STORE_CAMPAIGN_PUT_FUNCTIONS(STORE_DECLARE_CAMPAIGN_PUT)
 
-/* Functions that read one number of the campaign; 0: there is none. store_newest_logged_run(store,
- * &run, error) reads the newest RUN that was logged into this campaign, not imported, and not
- * disarmed before the gear arrived. store_newest_logged_session reads the newest session that was
- * not imported. store_newest_session reads the newest session of all. */
-#define STORE_CAMPAIGN_NUMBER_FUNCTIONS(X)                \
-    X(store_newest_logged_run, LOGGED_RUN_NEWEST)         \
-    X(store_newest_logged_session, LOGGED_SESSION_NEWEST) \
-    X(store_newest_session, SESSION_NEWEST)
+/* Functions that read one number of the campaign; 0: there is none.
+ * store_newest_logged_run_get(store, &run, error) reads the newest RUN that was logged into this
+ * campaign, not imported, and not disarmed before the gear arrived. store_newest_logged_session_get
+ * reads the newest session that was not imported. store_newest_session_get reads the newest session
+ * of all. */
+#define STORE_CAMPAIGN_NUMBER_FUNCTIONS(X)                    \
+    X(store_newest_logged_run_get, LOGGED_RUN_NEWEST)         \
+    X(store_newest_logged_session_get, LOGGED_SESSION_NEWEST) \
+    X(store_newest_session_get, SESSION_NEWEST)
 #define STORE_DECLARE_CAMPAIGN_NUMBER(function, NAME) \
     enum mr_status function(struct store *store, int64_t *value, struct error *error);
 STORE_CAMPAIGN_NUMBER_FUNCTIONS(STORE_DECLARE_CAMPAIGN_NUMBER)
 
 /* Functions that read one number of a landing. store_blocks_count reads the number of its blocks.
- * store_block_first reads the index of its first block (-1: none). store_gage_loaded reads the host
- * time at which a gage survey was last sent to a board (0: never); `run` is the id of the
- * survey. */
+ * store_first_block_get reads the index of its first block (-1: none). store_gage_load_time_get
+ * reads the host time at which a gage survey was last sent to a board (0: never); `run` is the id
+ * of the survey. */
 #define STORE_LANDING_NUMBER_FUNCTIONS(X) \
     X(store_blocks_count, BLOCKS_COUNT)   \
-    X(store_block_first, BLOCK_FIRST)     \
-    X(store_gage_loaded, GAGE_LOADED)
+    X(store_first_block_get, BLOCK_FIRST) \
+    X(store_gage_load_time_get, GAGE_LOADED)
 #define STORE_DECLARE_LANDING_NUMBER(function, NAME) \
     enum mr_status function(struct store *store, int64_t run, int64_t *value, struct error *error);
 STORE_LANDING_NUMBER_FUNCTIONS(STORE_DECLARE_LANDING_NUMBER)
@@ -223,8 +224,9 @@ enum mr_status store_segment_put(struct store *store, int64_t run,
 /* Reads the channels of a landing, with their calibration, into an array of MR_CHANNELS. Channels
  * that the board did not report get kind MR_KIND_NONE. *found is the number of reported
  * channels. */
-enum mr_status store_channels(struct store *store, int64_t run, struct mr_channel_config *channels,
-                              size_t *found, struct error *error);
+enum mr_status store_channels_get(struct store *store, int64_t run,
+                                  struct mr_channel_config *channels, size_t *found,
+                                  struct error *error);
 
 /* Writes a block record as it was received over serial (link LINK_SERIAL) or from the black box
  * (link STORE_LINK_BLACK_BOX). `run` is STORE_NONE outside landings. An existing block is not
@@ -235,14 +237,14 @@ enum mr_status store_block_put(struct store *store, int64_t session, int64_t boo
                                size_t length, struct error *error);
 /* Calls `each` for every block of a landing in ascending order of the index, as long as `each`
  * returns MR_OK. `link` is the link that delivered the block, or STORE_LINK_BLACK_BOX. */
-enum mr_status store_blocks_each(struct store *store, int64_t run,
-                                 enum mr_status (*each)(void *context, const uint8_t *record,
-                                                        size_t length, int link),
-                                 void *context, struct error *error);
-/* As store_blocks_each, but reads only the indexes, which is faster. */
-enum mr_status store_block_indexes_each(struct store *store, int64_t run,
-                                        void (*each)(void *context, int64_t index), void *context,
-                                        struct error *error);
+enum mr_status store_blocks_for_each(struct store *store, int64_t run,
+                                     enum mr_status (*each)(void *context, const uint8_t *record,
+                                                            size_t length, int link),
+                                     void *context, struct error *error);
+/* As store_blocks_for_each, but reads only the indexes, which is faster. */
+enum mr_status store_block_indexes_for_each(struct store *store, int64_t run,
+                                            void (*each)(void *context, int64_t index),
+                                            void *context, struct error *error);
 /* Reads the index of the first block of a landing from `from` to `to`; -1: none. */
 enum mr_status store_find_block_within(struct store *store, int64_t run, int64_t from, int64_t to,
                                        int64_t *index, struct error *error);
@@ -263,14 +265,14 @@ struct store_frame {
 /* Frames are buffered and written together (store_frames.c), at the latest at a commit or before
  * any read. The error of a failed write may therefore be returned by a later call. */
 /* Reads the row id of the newest frame; 0: none. */
-enum mr_status store_newest_frame(struct store *store, int64_t *mark, struct error *error);
+enum mr_status store_newest_frame_get(struct store *store, int64_t *mark, struct error *error);
 enum mr_status store_frame_put(struct store *store, int64_t session,
                                const struct store_frame *frame, struct error *error);
 /* Calls `each` for the frames of a landing on one link, in order of reception. */
-enum mr_status store_frames_each(struct store *store, int64_t run, int link,
-                                 enum mr_status (*each)(void *context,
-                                                        const struct store_frame *frame),
-                                 void *context, struct error *error);
+enum mr_status store_frames_for_each(struct store *store, int64_t run, int link,
+                                     enum mr_status (*each)(void *context,
+                                                            const struct store_frame *frame),
+                                     void *context, struct error *error);
 /* Reads the CAN base of the board at a landing: the number that the board adds to its frames'
  * identifiers on the bus (common/canbase.h). */
 enum mr_status store_can_base_get(struct store *store, int64_t run, uint16_t *base,
@@ -283,8 +285,8 @@ enum mr_status store_frames_count(struct store *store, int64_t run, int link, in
 enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity quantity,
                               struct store_mean *mean, struct error *error);
 /* Reads the slow log of one board, or of all boards (board_uid NULL), in order of time. */
-enum mr_status store_slow_rows(struct store *store, const char *board_uid, struct store_slow **rows,
-                               size_t *count, struct error *error);
+enum mr_status store_slow_log_get(struct store *store, const char *board_uid,
+                                  struct store_slow **rows, size_t *count, struct error *error);
 
 /* Removes the switch from an edge's row. The board has rejected the edge after reporting it as a
  * gate of the landing. */
@@ -294,8 +296,8 @@ enum mr_status store_result_get(struct store *store, int64_t run, struct store_r
                                 bool *found, struct error *error);
 /* Reads the newest row of each fault that the board reported from its start until the end of the
  * landing. */
-enum mr_status store_faults(struct store *store, const struct store_landing *landing,
-                            struct store_fault **rows, size_t *count, struct error *error);
+enum mr_status store_faults_get(struct store *store, const struct store_landing *landing,
+                                struct store_fault **rows, size_t *count, struct error *error);
 
 /* Makes a bundle: a campaign with one landing as RUN 1, in a new file at `path`. The bundle is
  * consistent even if a log writes to `store` meanwhile. Its table `bundles` has the firmware image
@@ -309,13 +311,13 @@ enum mr_status store_bundle_extract(struct store *store, int64_t run, const char
 
 /* Reads the number of errors of each kind (enum link_fault) that a link detected during a
  * landing. */
-enum mr_status store_link_errors(struct store *store, int64_t run, int link,
-                                 struct store_link_error **rows, size_t *count,
-                                 struct error *error);
+enum mr_status store_link_errors_get(struct store *store, int64_t run, int link,
+                                     struct store_link_error **rows, size_t *count,
+                                     struct error *error);
 /* Returns the `kind` of the events that report errors of a link. In such an event, `code` is the
  * error, `detail` the number of errors since the previous event, `value` the number since the
  * session began. */
-const char *store_link_error_kind(int link);
+const char *store_link_error_event_kind(int link);
 /* Adds a row about lost data. `message` is the name of the lost message, or "frame" if the name is
  * unknown. */
 enum mr_status store_gap_put(struct store *store, int64_t session, int64_t run,
@@ -337,7 +339,7 @@ struct store_simulation {
     size_t length;
 };
 /* Fields common to all channels of a comparison. A missing field is NaN, STORE_NONE or NULL. */
-struct store_simulation_head {
+struct store_simulation_summary {
     double run_ms;   /* computing time of the simulation */
     double error_in; /* error estimate of the solver */
     int64_t seeds;   /* number of simulated runways */
@@ -348,16 +350,18 @@ struct store_simulation_head {
     char file[120]; /* file of the scene or campaign that was simulated */
 };
 enum mr_status store_simulation_put(struct store *store, int64_t run, const char *scene_json,
-                                    int64_t made_us, const struct store_simulation_head *head,
+                                    int64_t made_us, const struct store_simulation_summary *head,
                                     const struct store_simulation *rows, size_t count,
                                     struct error *error);
 /* Reads the newest comparison of a landing. *count is 0 if there is none. Free the rows with
  * store_simulations_free. */
-enum mr_status store_simulations(struct store *store, int64_t run, struct store_simulation **rows,
-                                 size_t *count, struct error *error);
+enum mr_status store_simulations_get(struct store *store, int64_t run,
+                                     struct store_simulation **rows, size_t *count,
+                                     struct error *error);
 /* Reads the common fields of the newest comparison. The caller frees segments_in. */
-enum mr_status store_simulation_head_get(struct store *store, int64_t run,
-                                         struct store_simulation_head *head, struct error *error);
+enum mr_status store_simulation_summary_get(struct store *store, int64_t run,
+                                            struct store_simulation_summary *head,
+                                            struct error *error);
 void store_simulations_free(struct store_simulation *rows, size_t count);
 
 /* Assigns CAN frames to a landing that the serial link has reported. Needed if one link is read
@@ -370,13 +374,14 @@ enum mr_status store_frames_assign(struct store *store, int64_t session, int64_t
 /* A shunt calibration does not belong to a landing. It is identified by session, boot and block. */
 enum mr_status store_shunt_put(struct store *store, int64_t session, int64_t boot,
                                const struct store_shunt *shunt, struct error *error);
-/* store_shunts_before reads the last calibration before `block`, store_shunts_after the first one
- * at or after `block`: one row per gage. *count is 0 if there is none. */
-enum mr_status store_shunts_before(struct store *store, int64_t session, int64_t boot,
-                                   int64_t block, struct store_shunt **rows, size_t *count,
-                                   struct error *error);
-enum mr_status store_shunts_after(struct store *store, int64_t session, int64_t boot, int64_t block,
-                                  struct store_shunt **rows, size_t *count, struct error *error);
+/* store_shunts_before_get reads the last calibration before `block`, store_shunts_after_get the
+ * first one at or after `block`: one row per gage. *count is 0 if there is none. */
+enum mr_status store_shunts_before_get(struct store *store, int64_t session, int64_t boot,
+                                       int64_t block, struct store_shunt **rows, size_t *count,
+                                       struct error *error);
+enum mr_status store_shunts_after_get(struct store *store, int64_t session, int64_t boot,
+                                      int64_t block, struct store_shunt **rows, size_t *count,
+                                      struct error *error);
 
 /* ---- the predictor: runway state and parameters when the landing was armed ---- */
 
@@ -424,9 +429,9 @@ enum mr_status store_imported_channel_put(struct store *store, int64_t run,
                                           struct error *error);
 /* Reads all imported channels of a landing. Free them with store_imported_channels_free. Skips a
  * row whose size is not a whole number of floats. */
-enum mr_status store_imported_channels(struct store *store, int64_t run,
-                                       struct store_imported_channel **rows, size_t *count,
-                                       struct error *error);
+enum mr_status store_imported_channels_get(struct store *store, int64_t run,
+                                           struct store_imported_channel **rows, size_t *count,
+                                           struct error *error);
 void store_imported_channels_free(struct store_imported_channel *rows, size_t count);
 
 /* ---- following a campaign while another process writes it: reading new data in the order of

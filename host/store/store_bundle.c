@@ -17,7 +17,7 @@
 /* Times of the three surveys between the previous and the next landing of the board that a bundle
  * contains: the first one, from which mat movement is measured; the last one before the landing;
  * and the first one after it. With other surveys, the results of the landing would differ
- * (host/analyse/record.h). */
+ * (host/analyse/outcome.h). */
 #define SELECT_NEIGHBOUR_US(which, side, none)                              \
     "coalesce((SELECT " which "(armed_us) FROM main.landings WHERE id" side \
     "?1 AND board_uid=" SELECT_BOARD_UID "), " none ")"
@@ -35,7 +35,7 @@
 /* Returns the SQL condition for the rows of a table that belong to the landing: ?1 is the RUN, ?2
  * its session, ?3 its boot. Most tables have a column `landing` or `session`. For the other tables
  * the function has a condition each. */
-static const char *get_row_condition(const char *table, bool has_landing, bool has_session)
+static const char *make_row_condition(const char *table, bool has_landing, bool has_session)
 {
     if (strcmp(table, "landings") == 0)
         return "id=?1";
@@ -128,7 +128,7 @@ static enum mr_status make_copy_sql(struct store *store, const char *table, char
     fits &= snprintf(sql, SQL_SIZE,
                      "INSERT INTO bundle.\"%s\"(%s) SELECT %s FROM main.\"%s\" WHERE %s", table,
                      columns, values, table,
-                     get_row_condition(table, has_landing, has_session)) < SQL_SIZE;
+                     make_row_condition(table, has_landing, has_session)) < SQL_SIZE;
     return fits
              ? MR_OK
              : error_set(error, MR_TOO_LONG,

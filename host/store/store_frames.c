@@ -29,7 +29,7 @@ static enum mr_status prepare_insert_frames(struct store *store, struct error *e
 {
     if (store->insert_frames)
         return MR_OK;
-    char *sql = store_make_insert_sql(store_table(STORE_TABLE_frame_row),
+    char *sql = store_make_insert_sql(store_table_get(STORE_TABLE_frame_row),
                                       STORE_FRAMES_PER_STATEMENT);
     int code = sql ? sqlite3_prepare_v3(store->database, sql, -1, SQLITE_PREPARE_PERSISTENT,
                                         &store->insert_frames, NULL)
@@ -43,7 +43,7 @@ static enum mr_status put_full_buffer(struct store *store, struct error *error)
     enum mr_status status = prepare_insert_frames(store, error);
     int at = 1;
     for (unsigned i = 0; i < STORE_FRAMES_PER_STATEMENT && status == MR_OK; i++) {
-        if (store_bind_row(store->insert_frames, store_table(STORE_TABLE_frame_row), NULL,
+        if (store_bind_row(store->insert_frames, store_table_get(STORE_TABLE_frame_row), NULL,
                            &store->buffered_frames[i].row, STORE_WRITTEN_MERGE_RULES,
                            &at) != SQLITE_OK)
             status = store_set_error(store, "use", error);
@@ -86,7 +86,7 @@ enum mr_status store_frame_put(struct store *store, int64_t session,
              : MR_OK;
 }
 
-enum mr_status store_newest_frame(struct store *store, int64_t *mark, struct error *error)
+enum mr_status store_newest_frame_get(struct store *store, int64_t *mark, struct error *error)
 {
     *mark = 0;
     return STORE_READ_NUMBER(store, error, FRAMES_NEWEST, mark);

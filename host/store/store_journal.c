@@ -57,8 +57,8 @@ enum mr_status store_is_void(struct store *store, int64_t run, bool *is_void,
     return status;
 }
 
-enum mr_status store_refuse_void(struct store *store, int64_t run, bool allowed,
-                                 struct error *error)
+enum mr_status store_check_not_void(struct store *store, int64_t run, bool allowed,
+                                    struct error *error)
 {
     char reason[STORE_JOURNAL_TEXT_SIZE];
     bool is_void;
@@ -85,7 +85,7 @@ enum mr_status store_observation_withdraw(struct store *store, int64_t run, int6
     struct store_observation *rows;
     size_t count;
     bool exists = false, withdrawn = false;
-    enum mr_status status = store_observations(store, run, &rows, &count, error);
+    enum mr_status status = store_observations_get(store, run, &rows, &count, error);
     for (size_t i = 0; i < count; i++) {
         exists |= rows[i].id == id;
         withdrawn |= rows[i].id == id && rows[i].withdrawn;
@@ -140,7 +140,7 @@ enum mr_status store_landing_series_get(struct store *store, const struct store_
     size_t count;
     char name[STORE_JOURNAL_TEXT_SIZE];
     *series = (struct store_series){0};
-    enum mr_status status = store_series_all(store, &rows, &count, error);
+    enum mr_status status = store_all_series_get(store, &rows, &count, error);
     if (status == MR_OK)
         status = store_change_get(store, landing->id, "series", name, NULL, error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
@@ -199,7 +199,7 @@ static enum mr_status check_duplicate(struct store *store, const struct store_la
     struct store_edge *other_edges = NULL;
     size_t count = 0;
     bool is_void = false;
-    enum mr_status status = store_edges(store, other->id, &other_edges, &count, error);
+    enum mr_status status = store_edges_get(store, other->id, &other_edges, &count, error);
     *duplicate = status == MR_OK &&
                  is_same_landing(landing, edge, edges, other, other_edges, count);
     free(other_edges);
@@ -218,7 +218,7 @@ enum mr_status store_find_duplicate(struct store *store, int64_t run, int64_t *d
     *duplicate = 0;
     enum mr_status status = store_landing_get(store, run, &landing, error);
     if (status == MR_OK)
-        status = store_edges(store, run, &edge, &edges, error);
+        status = store_edges_get(store, run, &edge, &edges, error);
     if (status == MR_OK)
         status = read_same_number(store, &landing, &rows, &count, error);
     for (size_t i = 0; i < count && status == MR_OK && *duplicate == 0; i++) {
@@ -234,7 +234,7 @@ enum mr_status store_find_duplicate(struct store *store, int64_t run, int64_t *d
 
 /* ---- recalibration ---- */
 
-static bool is_same_value(float a, float b)
+static bool has_same_bits(float a, float b)
 {
     return a == b || (isnan(a) && isnan(b));
 }
@@ -244,7 +244,7 @@ static enum mr_status put_recalibration(struct store *store, int64_t run, unsign
                                         const struct store_recalibration *how, unsigned *changed,
                                         struct error *error)
 {
-    if (is_same_value(was, value))
+    if (has_same_bits(was, value))
         return MR_OK;
     ++*changed;
     const struct store_recalibrated row = {.index = index,
@@ -277,7 +277,7 @@ enum mr_status store_recalibrate(struct store *store, int64_t run, unsigned inde
     for (unsigned item = 0; item < MR_CALIBRATION_ITEM_COUNT && status == MR_OK; item++) {
         float was = mr_channel_get_item(old, item), value = mr_channel_get_item(new, item);
         status = put_recalibration(store, run, index, item, was, value, how, changed, error);
-        if (status == MR_OK && !is_same_value(was, value))
+        if (status == MR_OK && !has_same_bits(was, value))
             status = store_calibration_put(
                 store, run, &(struct store_calibration){index, item, (double)value}, error);
     }
@@ -285,8 +285,8 @@ enum mr_status store_recalibrate(struct store *store, int64_t run, unsigned inde
                                        : status;
 }
 
-enum mr_status store_recalibrated_channels(struct store *store, int64_t run, int64_t *channels,
-                                           struct error *error)
+enum mr_status store_recalibrated_channels_get(struct store *store, int64_t run, int64_t *channels,
+                                               struct error *error)
 {
     *channels = 0;
     return STORE_READ_NUMBER(store, error, RECALIBRATED, channels, STORE_BIND(run));

@@ -18,8 +18,8 @@ enum mr_status store_change_get(struct store *store, int64_t run, const char *fi
 enum mr_status store_is_void(struct store *store, int64_t run, bool *is_void,
                              char reason[STORE_JOURNAL_TEXT_SIZE], struct error *error);
 /* Fails with MR_NOT_NOW and the reason if the landing is void, unless `allowed` is true. */
-enum mr_status store_refuse_void(struct store *store, int64_t run, bool allowed,
-                                 struct error *error);
+enum mr_status store_check_not_void(struct store *store, int64_t run, bool allowed,
+                                    struct error *error);
 
 enum mr_status store_observation_add(struct store *store,
                                      const struct store_observation *observation,
@@ -71,8 +71,8 @@ enum mr_status store_recalibrate(struct store *store, int64_t run, unsigned inde
                                  struct error *error);
 /* Reads which channels of a landing were recalibrated after the recording, as a bit mask by channel
  * index. */
-enum mr_status store_recalibrated_channels(struct store *store, int64_t run, int64_t *channels,
-                                           struct error *error);
+enum mr_status store_recalibrated_channels_get(struct store *store, int64_t run, int64_t *channels,
+                                               struct error *error);
 
 /* ---- surveys of the mat by gage points ----
  *

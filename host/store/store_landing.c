@@ -9,13 +9,13 @@
 #include "host/store/store.h"
 #include "host/store/table.h"
 
-#define DEFINE_LANDING_ROWS(function, row, NAME)                                         \
+#define DEFINE_LANDING_ROWS_GET(function, row, NAME)                                     \
     enum mr_status function(struct store *store, int64_t run, struct store_##row **rows, \
                             size_t *count, struct error *error)                          \
     {                                                                                    \
         STORE_RETURN_ROWS(NAME, STORE_BIND(run));                                        \
     }
-STORE_LANDING_ROW_FUNCTIONS(DEFINE_LANDING_ROWS)
+STORE_LANDING_ROW_FUNCTIONS(DEFINE_LANDING_ROWS_GET)
 
 #define DEFINE_LANDING_PUT(row)                                                            \
     enum mr_status store_##row##_put(struct store *store, int64_t run,                     \
@@ -25,13 +25,13 @@ STORE_LANDING_ROW_FUNCTIONS(DEFINE_LANDING_ROWS)
     }
 STORE_LANDING_PUT_FUNCTIONS(DEFINE_LANDING_PUT)
 
-#define DEFINE_CAMPAIGN_ROWS(function, row, NAME)                                          \
+#define DEFINE_CAMPAIGN_ROWS_GET(function, row, NAME)                                      \
     enum mr_status function(struct store *store, struct store_##row **rows, size_t *count, \
                             struct error *error)                                           \
     {                                                                                      \
         STORE_RETURN_ROWS(NAME);                                                           \
     }
-STORE_CAMPAIGN_ROW_FUNCTIONS(DEFINE_CAMPAIGN_ROWS)
+STORE_CAMPAIGN_ROW_FUNCTIONS(DEFINE_CAMPAIGN_ROWS_GET)
 
 #define DEFINE_CAMPAIGN_PUT(function, row)                                        \
     enum mr_status function(struct store *store, const struct store_##row *value, \
@@ -41,19 +41,19 @@ STORE_CAMPAIGN_ROW_FUNCTIONS(DEFINE_CAMPAIGN_ROWS)
     }
 STORE_CAMPAIGN_PUT_FUNCTIONS(DEFINE_CAMPAIGN_PUT)
 
-#define DEFINE_CAMPAIGN_NUMBER(function, NAME)                                        \
+#define DEFINE_CAMPAIGN_NUMBER_GET(function, NAME)                                    \
     enum mr_status function(struct store *store, int64_t *value, struct error *error) \
     {                                                                                 \
         return STORE_READ_NUMBER(store, error, NAME, value);                          \
     }
-STORE_CAMPAIGN_NUMBER_FUNCTIONS(DEFINE_CAMPAIGN_NUMBER)
+STORE_CAMPAIGN_NUMBER_FUNCTIONS(DEFINE_CAMPAIGN_NUMBER_GET)
 
-#define DEFINE_LANDING_NUMBER(function, NAME)                                                      \
+#define DEFINE_LANDING_NUMBER_GET(function, NAME)                                                  \
     enum mr_status function(struct store *store, int64_t run, int64_t *value, struct error *error) \
     {                                                                                              \
         return STORE_READ_NUMBER(store, error, NAME, value, STORE_BIND(run));                      \
     }
-STORE_LANDING_NUMBER_FUNCTIONS(DEFINE_LANDING_NUMBER)
+STORE_LANDING_NUMBER_FUNCTIONS(DEFINE_LANDING_NUMBER_GET)
 
 enum mr_status store_landing_get(struct store *store, int64_t run, struct store_landing *landing,
                                  struct error *error)
@@ -123,8 +123,9 @@ static enum mr_status read_calibration(struct store *store, int64_t run,
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-enum mr_status store_channels(struct store *store, int64_t run, struct mr_channel_config *channels,
-                              size_t *found, struct error *error)
+enum mr_status store_channels_get(struct store *store, int64_t run,
+                                  struct mr_channel_config *channels, size_t *found,
+                                  struct error *error)
 {
     sqlite3_stmt *s;
     struct store_channel row;
@@ -148,20 +149,21 @@ enum mr_status store_channels(struct store *store, int64_t run, struct mr_channe
     return status == MR_TOO_FEW ? read_calibration(store, run, channels, error) : status;
 }
 
-enum mr_status store_faults(struct store *store, const struct store_landing *landing,
-                            struct store_fault **rows, size_t *count, struct error *error)
+enum mr_status store_faults_get(struct store *store, const struct store_landing *landing,
+                                struct store_fault **rows, size_t *count, struct error *error)
 {
     STORE_RETURN_ROWS(FAULTS, STORE_BIND(landing->session), STORE_BIND(landing->boot),
                       STORE_BIND(landing->id));
 }
 
-enum mr_status store_link_errors(struct store *store, int64_t run, int link,
-                                 struct store_link_error **rows, size_t *count, struct error *error)
+enum mr_status store_link_errors_get(struct store *store, int64_t run, int link,
+                                     struct store_link_error **rows, size_t *count,
+                                     struct error *error)
 {
-    STORE_RETURN_ROWS(LINK_ERRORS, STORE_BIND(store_link_error_kind(link)), STORE_BIND(run));
+    STORE_RETURN_ROWS(LINK_ERRORS, STORE_BIND(store_link_error_event_kind(link)), STORE_BIND(run));
 }
 
-const char *store_link_error_kind(int link)
+const char *store_link_error_event_kind(int link)
 {
     return link == 0 ? "can-link" : "serial-link";
 }
@@ -196,10 +198,10 @@ enum mr_status store_can_base_get(struct store *store, int64_t run, uint16_t *ba
     return status;
 }
 
-enum mr_status store_blocks_each(struct store *store, int64_t run,
-                                 enum mr_status (*each)(void *context, const uint8_t *record,
-                                                        size_t length, int link),
-                                 void *context, struct error *error)
+enum mr_status store_blocks_for_each(struct store *store, int64_t run,
+                                     enum mr_status (*each)(void *context, const uint8_t *record,
+                                                            size_t length, int link),
+                                     void *context, struct error *error)
 {
     sqlite3_stmt *s;
     struct store_block_record row;
@@ -212,9 +214,9 @@ enum mr_status store_blocks_each(struct store *store, int64_t run,
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-enum mr_status store_block_indexes_each(struct store *store, int64_t run,
-                                        void (*each)(void *context, int64_t index), void *context,
-                                        struct error *error)
+enum mr_status store_block_indexes_for_each(struct store *store, int64_t run,
+                                            void (*each)(void *context, int64_t index),
+                                            void *context, struct error *error)
 {
     sqlite3_stmt *s;
     struct store_block_index row;
@@ -225,10 +227,10 @@ enum mr_status store_block_indexes_each(struct store *store, int64_t run,
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-enum mr_status store_frames_each(struct store *store, int64_t run, int link,
-                                 enum mr_status (*each)(void *context,
-                                                        const struct store_frame *frame),
-                                 void *context, struct error *error)
+enum mr_status store_frames_for_each(struct store *store, int64_t run, int link,
+                                     enum mr_status (*each)(void *context,
+                                                            const struct store_frame *frame),
+                                     void *context, struct error *error)
 {
     sqlite3_stmt *s;
     struct store_received_frame row;
@@ -396,8 +398,8 @@ enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity
     }
 }
 
-enum mr_status store_slow_rows(struct store *store, const char *board_uid, struct store_slow **rows,
-                               size_t *count, struct error *error)
+enum mr_status store_slow_log_get(struct store *store, const char *board_uid,
+                                  struct store_slow **rows, size_t *count, struct error *error)
 {
     STORE_RETURN_ROWS(SLOW_ROWS, STORE_BIND(board_uid));
 }
@@ -430,7 +432,7 @@ static enum mr_status put_simulation_channel(struct store *store, int64_t simula
 }
 
 enum mr_status store_simulation_put(struct store *store, int64_t run, const char *scene_json,
-                                    int64_t made_us, const struct store_simulation_head *head,
+                                    int64_t made_us, const struct store_simulation_summary *head,
                                     const struct store_simulation *rows, size_t count,
                                     struct error *error)
 {
@@ -476,8 +478,9 @@ static struct store_simulation make_simulation(const struct store_simulation_cha
     return simulation;
 }
 
-enum mr_status store_simulations(struct store *store, int64_t run, struct store_simulation **rows,
-                                 size_t *count, struct error *error)
+enum mr_status store_simulations_get(struct store *store, int64_t run,
+                                     struct store_simulation **rows, size_t *count,
+                                     struct error *error)
 {
     sqlite3_stmt *s;
     struct store_simulation_channel row;
@@ -511,20 +514,21 @@ void store_simulations_free(struct store_simulation *rows, size_t count)
     free(rows);
 }
 
-enum mr_status store_simulation_head_get(struct store *store, int64_t run,
-                                         struct store_simulation_head *head, struct error *error)
+enum mr_status store_simulation_summary_get(struct store *store, int64_t run,
+                                            struct store_simulation_summary *head,
+                                            struct error *error)
 {
     sqlite3_stmt *s;
     struct store_simulation_row row;
     size_t values;
-    *head = (struct store_simulation_head){
+    *head = (struct store_simulation_summary){
         .seeds = STORE_NONE, .run_ms = (double)NAN, .error_in = (double)NAN};
     enum mr_status status = STORE_QUERY(store, error, SIMULATION_HEAD, &s, STORE_BIND(run));
     if (status == MR_OK)
         status = STORE_READ_NEXT(store, error, SIMULATION_HEAD, s, &row);
     if (status != MR_OK)
         return status == MR_TOO_FEW ? MR_OK : status;
-    *head = (struct store_simulation_head){
+    *head = (struct store_simulation_summary){
         .run_ms = row.run_ms,
         .error_in = row.error_in,
         .seeds = row.seeds,
@@ -545,15 +549,16 @@ enum mr_status store_shunt_put(struct store *store, int64_t session, int64_t boo
     return STORE_PUT(store, error, shunt, shunt, session, boot);
 }
 
-enum mr_status store_shunts_before(struct store *store, int64_t session, int64_t boot,
-                                   int64_t block, struct store_shunt **rows, size_t *count,
-                                   struct error *error)
+enum mr_status store_shunts_before_get(struct store *store, int64_t session, int64_t boot,
+                                       int64_t block, struct store_shunt **rows, size_t *count,
+                                       struct error *error)
 {
     STORE_RETURN_ROWS(SHUNTS_BEFORE, STORE_BIND(session), STORE_BIND(boot), STORE_BIND(block));
 }
 
-enum mr_status store_shunts_after(struct store *store, int64_t session, int64_t boot, int64_t block,
-                                  struct store_shunt **rows, size_t *count, struct error *error)
+enum mr_status store_shunts_after_get(struct store *store, int64_t session, int64_t boot,
+                                      int64_t block, struct store_shunt **rows, size_t *count,
+                                      struct error *error)
 {
     STORE_RETURN_ROWS(SHUNTS_AFTER, STORE_BIND(session), STORE_BIND(boot), STORE_BIND(block));
 }
@@ -605,7 +610,7 @@ enum mr_status store_predict_config_get(struct store *store, int64_t run,
 {
     struct store_predict_item *rows;
     memset(config, 0, sizeof *config);
-    enum mr_status status = store_predict_items(store, run, &rows, items, error);
+    enum mr_status status = store_predict_items_get(store, run, &rows, items, error);
     for (size_t i = 0; status == MR_OK && i < *items; i++)
         mr_predict_set_item(config, (unsigned)rows[i].item, (float)rows[i].value);
     free(rows);
@@ -618,7 +623,7 @@ enum mr_status store_risk_plan_get(struct store *store, int64_t run, struct mr_r
     struct store_risk_item *rows;
     mr_risk_plan_clear(plan);
     *lamp_limit = MR_NAN;
-    enum mr_status status = store_risk_items(store, run, &rows, items, error);
+    enum mr_status status = store_risk_items_get(store, run, &rows, items, error);
     for (size_t i = 0; status == MR_OK && i < *items; i++) {
         if (!mr_risk_plan_set_item(plan, (unsigned)rows[i].item, (float)rows[i].value))
             *lamp_limit = (float)rows[i].value;
@@ -665,9 +670,10 @@ enum mr_status store_imported_channel_put(struct store *store, int64_t run,
     return STORE_PUT(store, error, imported_row, &row, run);
 }
 
-static enum mr_status append_imported(struct store *store, const struct store_imported_row *row,
-                                      struct store_imported_channel **rows, size_t *count,
-                                      struct error *error)
+static enum mr_status append_imported_channel(struct store *store,
+                                              const struct store_imported_row *row,
+                                              struct store_imported_channel **rows, size_t *count,
+                                              struct error *error)
 {
     size_t bytes = row->readings.length;
     if (bytes == 0 || bytes % sizeof(float) != 0)
@@ -687,9 +693,9 @@ static enum mr_status append_imported(struct store *store, const struct store_im
     return MR_OK;
 }
 
-enum mr_status store_imported_channels(struct store *store, int64_t run,
-                                       struct store_imported_channel **rows, size_t *count,
-                                       struct error *error)
+enum mr_status store_imported_channels_get(struct store *store, int64_t run,
+                                           struct store_imported_channel **rows, size_t *count,
+                                           struct error *error)
 {
     sqlite3_stmt *s;
     struct store_imported_row row;
@@ -698,7 +704,7 @@ enum mr_status store_imported_channels(struct store *store, int64_t run,
     enum mr_status status = STORE_QUERY(store, error, IMPORTED, &s, STORE_BIND(run));
     while (status == MR_OK &&
            (status = STORE_READ_NEXT(store, error, IMPORTED, s, &row)) == MR_OK) {
-        status = append_imported(store, &row, rows, count, error);
+        status = append_imported_channel(store, &row, rows, count, error);
         if (status != MR_OK)
             sqlite3_reset(s);
     }

@@ -53,14 +53,14 @@ enum mr_status store_certificate_add(struct store *store, const struct store_cer
     return status == MR_OK ? store_commit(store, error) : status;
 }
 
-enum mr_status store_certificates(struct store *store, const char *board_uid,
-                                  struct store_certificate **rows, size_t *count,
-                                  struct error *error)
+enum mr_status store_certificates_get(struct store *store, const char *board_uid,
+                                      struct store_certificate **rows, size_t *count,
+                                      struct error *error)
 {
     STORE_RETURN_ROWS(CERTIFICATES, STORE_BIND(board_uid));
 }
 
-enum mr_status store_newest_board(struct store *store, char board_uid[25], struct error *error)
+enum mr_status store_newest_board_get(struct store *store, char board_uid[25], struct error *error)
 {
     struct store_newest_board row = {.board_uid = ""};
     enum mr_status status = STORE_READ_ONE(store, error, READINESS_BOARD, &row);
@@ -68,9 +68,9 @@ enum mr_status store_newest_board(struct store *store, char board_uid[25], struc
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-enum mr_status store_newest_shunt_spans(struct store *store, const char *board_uid,
-                                        float span_lb[MR_GAGES], int64_t *started_us,
-                                        struct error *error)
+enum mr_status store_newest_shunt_spans_get(struct store *store, const char *board_uid,
+                                            float span_lb[MR_GAGES], int64_t *started_us,
+                                            struct error *error)
 {
     sqlite3_stmt *s;
     struct store_board_span row;

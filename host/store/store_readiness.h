@@ -27,21 +27,21 @@ enum mr_status store_readiness_get(struct store *store, const char *board_uid, c
                                    bool *found, struct error *error);
 
 /* Reads the unique number of the board that was last logged or checked; empty: none. */
-enum mr_status store_newest_board(struct store *store, char board_uid[25], struct error *error);
+enum mr_status store_newest_board_get(struct store *store, char board_uid[25], struct error *error);
 
-/* store_certificate_add stores a sensor certificate in its own transaction. store_certificates
+/* store_certificate_add stores a sensor certificate in its own transaction. store_certificates_get
  * reads the newest certificate of each channel of a board. */
 enum mr_status store_certificate_add(struct store *store, const struct store_certificate *row,
                                      struct error *error);
-enum mr_status store_certificates(struct store *store, const char *board_uid,
-                                  struct store_certificate **rows, size_t *count,
-                                  struct error *error);
+enum mr_status store_certificates_get(struct store *store, const char *board_uid,
+                                      struct store_certificate **rows, size_t *count,
+                                      struct error *error);
 
 /* Reads the newest shunt span of each gage of a board (NaN: none), and the start of the session
  * with the newest one (STORE_NONE: none). */
-enum mr_status store_newest_shunt_spans(struct store *store, const char *board_uid,
-                                        float span_lb[MR_GAGES], int64_t *started_us,
-                                        struct error *error);
+enum mr_status store_newest_shunt_spans_get(struct store *store, const char *board_uid,
+                                            float span_lb[MR_GAGES], int64_t *started_us,
+                                            struct error *error);
 /* Reads the size of the database and the number of landings. */
 enum mr_status store_size_get(struct store *store, int64_t *bytes, int64_t *landings,
                               struct error *error);

@@ -96,7 +96,7 @@ static const struct store_table tables[STORE_TABLE_COUNT] = {
 #include "host/store/tables.def"
 };
 
-const struct store_table *store_table(enum store_table_number which)
+const struct store_table *store_table_get(enum store_table_number which)
 {
     return &tables[which];
 }
@@ -483,7 +483,7 @@ static const struct {
 };
 
 /* Ends the program: the statement does not match its declaration in queries.def. */
-static void abort_statement(const char *name, const char *why)
+static void abort_invalid_statement(const char *name, const char *why)
 {
     fprintf(stderr, "matrig: statement %s of host/store: %s\n", name, why);
     abort();
@@ -509,10 +509,10 @@ static void check_columns(sqlite3_stmt *statement, const struct store_table *tab
             continue;
         const char *is = sqlite3_column_name(statement, at++);
         if (!is || strcmp(is, column->field) != 0)
-            abort_statement(name, "its columns differ from the fields of its struct");
+            abort_invalid_statement(name, "its columns differ from the fields of its struct");
     }
     if (sqlite3_column_count(statement) != at)
-        abort_statement(name, "it has more columns than its struct");
+        abort_invalid_statement(name, "it has more columns than its struct");
 }
 
 static enum mr_status prepare_statement(struct store *store, struct error *error,
@@ -521,7 +521,7 @@ static enum mr_status prepare_statement(struct store *store, struct error *error
     sqlite3_stmt **statement = &store->statement[which];
     const struct store_table *row = statements[which].row == NO_TABLE
                                       ? NULL
-                                      : store_table(statements[which].row);
+                                      : store_table_get(statements[which].row);
     if (*statement)
         return MR_OK;
     char *list = statements[which].has_column_list ? store_make_column_list(row) : NULL;
@@ -542,15 +542,15 @@ static enum mr_status prepare_insert(struct store *store, struct error *error,
     if (STORE_TABLE_IS_ON_DEMAND(which) && !store_has_on_demand_tables(store->database) &&
         store_create_tables(store->database, true) != SQLITE_OK)
         return store_set_error(store, "set up", error);
-    return prepare_sql(store, store_make_insert_sql(store_table(which), 1), &store->insert[which],
-                       error);
+    return prepare_sql(store, store_make_insert_sql(store_table_get(which), 1),
+                       &store->insert[which], error);
 }
 
 static enum mr_status prepare_update(struct store *store, struct error *error,
                                      enum store_table_number which)
 {
     return store->update[which] ? MR_OK
-                                : prepare_sql(store, make_update_sql(store_table(which)),
+                                : prepare_sql(store, make_update_sql(store_table_get(which)),
                                               &store->update[which], error);
 }
 
@@ -558,7 +558,7 @@ enum mr_status store_prepare_all(struct store *store, struct error *error)
 {
     enum mr_status status = MR_OK;
     for (int i = 0; i < STORE_TABLE_COUNT && status == MR_OK; i++) {
-        if (store_table((enum store_table_number)i)->name)
+        if (store_table_get((enum store_table_number)i)->name)
             status = prepare_insert(store, error, (enum store_table_number)i);
     }
     for (int i = 0; i < STORE_STATEMENT_COUNT && status == MR_OK; i++)
@@ -600,9 +600,9 @@ enum mr_status store_insert(struct store *store, struct error *error, enum store
     if (status != MR_OK)
         return status;
     sqlite3_stmt *statement = store->insert[which];
-    return run_prepared(
-        store, error, statement,
-        store_bind_row(statement, store_table(which), owners, row, STORE_WRITTEN_MERGE_RULES, &at));
+    return run_prepared(store, error, statement,
+                        store_bind_row(statement, store_table_get(which), owners, row,
+                                       STORE_WRITTEN_MERGE_RULES, &at));
 }
 
 enum mr_status store_update(struct store *store, struct error *error, enum store_table_number which,
@@ -613,8 +613,8 @@ enum mr_status store_update(struct store *store, struct error *error, enum store
     if (status != MR_OK)
         return status;
     sqlite3_stmt *statement = store->update[which];
-    int code = store_bind_row(statement, store_table(which), NULL, row, 1u << STORE_MERGE_REPLACE,
-                              &at);
+    int code = store_bind_row(statement, store_table_get(which), NULL, row,
+                              1u << STORE_MERGE_REPLACE, &at);
     return run_prepared(store, error, statement,
                         code == SQLITE_OK ? sqlite3_bind_int64(statement, at, id) : code);
 }
@@ -629,7 +629,7 @@ static enum mr_status bind_statement(struct store *store, struct error *error,
     if (status != MR_OK)
         return status;
     if (sqlite3_bind_parameter_count(store->statement[which]) != (int)count)
-        abort_statement(statements[which].name, "it takes a different number of values");
+        abort_invalid_statement(statements[which].name, "it takes a different number of values");
     return bind_values(store->statement[which], values, count) == SQLITE_OK
              ? MR_OK
              : store_set_error(store, "use", error);
@@ -673,18 +673,19 @@ enum mr_status store_read_next(struct store *store, struct error *error, enum st
 {
     enum mr_status status = store_step(store, statement, error);
     if (status == MR_OK)
-        store_read_row(statement, store_table(statements[which].row), row);
+        store_read_row(statement, store_table_get(statements[which].row), row);
     return status;
 }
 
 /* Ends the program if the struct has pointers: they would be invalid after the next step. */
 static void check_no_pointers(enum store_statement which)
 {
-    const struct store_table *table = store_table(statements[which].row);
+    const struct store_table *table = store_table_get(statements[which].row);
     for (unsigned i = 0; i < table->column_count; i++) {
         if (table->columns[i].kind == STORE_TEXT_POINTER || table->columns[i].kind == STORE_BLOB)
-            abort_statement(statements[which].name,
-                            "its rows have pointers, which are valid only until the next row");
+            abort_invalid_statement(
+                statements[which].name,
+                "its rows have pointers, which are valid only until the next row");
     }
 }
 
@@ -720,7 +721,7 @@ enum mr_status store_read_all(struct store *store, struct error *error, enum sto
                               void **rows, size_t *count, const struct store_value *values,
                               size_t values_count)
 {
-    size_t size = store_table(statements[which].row)->row_size;
+    size_t size = store_table_get(statements[which].row)->row_size;
     sqlite3_stmt *statement;
     check_no_pointers(which);
     *rows = NULL;
@@ -761,7 +762,7 @@ static void write_column_definitions(sqlite3_str *sql, const struct store_table 
 
 static int create_table(sqlite3 *database, enum store_table_number which)
 {
-    const struct store_table *table = store_table(which);
+    const struct store_table *table = store_table_get(which);
     sqlite3_str *sql = sqlite3_str_new(database);
     sqlite3_str_appendf(sql, "CREATE TABLE %s(", table->name);
     write_column_definitions(sql, table);

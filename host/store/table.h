@@ -72,7 +72,7 @@ struct store_table {
     enum store_put put;
 };
 
-const struct store_table *store_table(enum store_table_number which);
+const struct store_table *store_table_get(enum store_table_number which);
 
 /* True for a table that is created when its first row is written. Until then, a query of it returns
  * no rows. */
@@ -236,7 +236,7 @@ struct store_file_header {
 
 /* SQLite's methods for a file. The writing methods are replaced by functions that first check
  * whether another program overwrote the file. */
-struct store_guard {
+struct store_write_guard {
     /* must be the first field: SQLite's pointer to the methods is cast to this struct */
     sqlite3_io_methods methods;
     const sqlite3_io_methods *original_methods;
@@ -262,7 +262,7 @@ struct store {
     int64_t sql_step_count;
     struct store_file_header header; /* header at the last check; file_bytes 0: not checked yet */
     bool is_overwritten;
-    struct store_guard guard;
+    struct store_write_guard guard;
     int64_t session; /* session being logged; 0: none */
     /* newest data of the session: committed, and in the open transaction */
     struct store_session_progress committed_progress, pending_progress;

@@ -107,7 +107,7 @@ static void add_all_landings(struct store *store, const struct fit_request *requ
 {
     struct store_landing *rows;
     size_t count;
-    store_landings(store, &rows, &count, fatal);
+    store_landings_get(store, &rows, &count, fatal);
     struct error last = {0};
     size_t left_out = 0;
     for (size_t i = 0; i < count; i++) {

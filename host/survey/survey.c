@@ -690,7 +690,7 @@ static enum mr_status load_readings(struct store *store, int64_t id, const struc
 {
     struct store_gage_reading *rows = NULL;
     size_t count = 0;
-    enum mr_status status = store_gage_readings(store, id, &rows, &count, error);
+    enum mr_status status = store_gage_readings_get(store, id, &rows, &count, error);
     for (size_t i = 0; i < SURVEY_ITEMS_MAX; i++)
         value_in[i] = (double)NAN;
     for (size_t i = 0; i < count; i++) {
@@ -752,7 +752,7 @@ static enum mr_status refuse_missing_survey(struct store *store, int64_t id,
     struct store_withdrawal *withdrawn = NULL;
     size_t of = 0;
     bool is = false;
-    enum mr_status status = store_withdrawals(store, &withdrawn, &of, error);
+    enum mr_status status = store_withdrawals_get(store, &withdrawn, &of, error);
     for (size_t i = 0; i < of; i++)
         is = is || (strcmp(withdrawn[i].kind, "survey") == 0 && withdrawn[i].item == id);
     free(withdrawn);
@@ -775,7 +775,7 @@ enum mr_status survey_load(struct store *store, int64_t id, struct survey *surve
 {
     struct store_gage_survey *rows = NULL;
     size_t count = 0, i = 0;
-    enum mr_status status = store_gage_surveys(store, &rows, &count, error);
+    enum mr_status status = store_gage_surveys_get(store, &rows, &count, error);
     if (status == MR_OK && id == 0 && count)
         id = rows[count - 1].id;
     while (i < count && rows[i].id != id)
@@ -794,7 +794,7 @@ enum mr_status survey_load_open(struct store *store, struct survey *survey, bool
     struct store_gage_survey *rows = NULL;
     size_t count = 0;
     *found = false;
-    enum mr_status status = store_gage_surveys(store, &rows, &count, error);
+    enum mr_status status = store_gage_surveys_get(store, &rows, &count, error);
     for (size_t i = count; i-- > 0 && status == MR_OK && !*found;) {
         if (rows[i].ended_us != STORE_NONE)
             continue;
@@ -824,7 +824,7 @@ enum mr_status survey_evaluate(struct store *store, const struct survey *survey,
     struct store_gage_survey *rows = NULL;
     size_t count = 0, i = 0;
     memset(found, 0, sizeof *found);
-    enum mr_status status = store_gage_surveys(store, &rows, &count, error);
+    enum mr_status status = store_gage_surveys_get(store, &rows, &count, error);
     while (i < count && rows[i].id != survey->row.id)
         i++;
     if (status == MR_OK && i > 0 && i < count) {
@@ -855,7 +855,7 @@ enum mr_status survey_evaluate_between(struct store *store, int64_t from_us, int
     static struct survey survey;
     struct store_gage_survey *rows = NULL;
     size_t count = 0;
-    enum mr_status status = store_gage_surveys(store, &rows, &count, error);
+    enum mr_status status = store_gage_surveys_get(store, &rows, &count, error);
     *exists = false;
     for (size_t i = count; status == MR_OK && !*exists && i-- > 0;) {
         if (rows[i].made_us <= from_us || rows[i].made_us > to_us)

@@ -75,9 +75,10 @@ static enum mr_status load_config(struct store *store, struct again *again, stru
     struct mr_config *config = &again->config;
     struct store_switch *place = NULL;
     size_t found, places = 0;
-    enum mr_status status = store_channels(store, again->row.id, config->channel, &found, error);
+    enum mr_status status = store_channels_get(store, again->row.id, config->channel, &found,
+                                               error);
     if (status == MR_OK)
-        status = store_switches(store, again->row.id, &place, &places, error);
+        status = store_switches_get(store, again->row.id, &place, &places, error);
     for (size_t i = 0; i < places; i++) {
         if (place[i].position >= 1 && place[i].position <= (int64_t)MR_CONFIG_SWITCHES)
             config->gate[place[i].position - 1] =
@@ -124,26 +125,26 @@ static enum mr_status load(struct store *store, struct again *again, struct erro
     bool runway = false;
     enum mr_status status = load_config(store, again, error);
     if (status == MR_OK)
-        status = store_edges(store, run, &again->edge, &again->edges, error);
+        status = store_edges_get(store, run, &again->edge, &again->edges, error);
     if (status == MR_OK)
-        status = store_zones(store, run, &again->zone, &again->zones, error);
+        status = store_zones_get(store, run, &again->zone, &again->zones, error);
     if (status == MR_OK)
-        status = store_predictions(store, run, &again->prediction, &again->predictions, error);
+        status = store_predictions_get(store, run, &again->prediction, &again->predictions, error);
     if (status == MR_OK)
-        status = store_risks(store, run, &again->risk, &again->risks, error);
+        status = store_risks_get(store, run, &again->risk, &again->risks, error);
     if (status == MR_OK)
         status = store_risk_plan_get(store, run, &again->plan, &again->lamp_limit, &risk_items,
                                      error);
     if (status == MR_OK)
-        status = store_backlogs(store, run, &again->backlog, &again->backlogs, error);
+        status = store_backlogs_get(store, run, &again->backlog, &again->backlogs, error);
     if (status == MR_OK)
-        status = store_gaps(store, run, &again->gap, &again->gaps, error);
+        status = store_gaps_get(store, run, &again->gap, &again->gaps, error);
     if (status == MR_OK)
         status = store_runway_get(store, run, &state, &source, &runway, error);
     if (status == MR_OK)
         status = store_predict_config_get(store, run, &parameters, &items, error);
     if (status == MR_OK)
-        status = store_segments(store, run, &segment, &segments, error);
+        status = store_segments_get(store, run, &segment, &segments, error);
     if (status == MR_OK)
         again->result->lacks = again->risks && !risk_items ? "limits and chart of the risk"
                                                            : lacking(again, runway, items);
@@ -466,7 +467,7 @@ static enum mr_status predict_again(struct store *store, int64_t run, struct pre
     if (status == MR_OK)
         status = load(store, again, error);
     if (status == MR_OK && result->possible)
-        status = store_blocks_each(store, run, take_block, again, error);
+        status = store_blocks_for_each(store, run, take_block, again, error);
     if (status == MR_OK && result->possible && result->made)
         pass_over(again, result->lacks_block == STORE_NONE ? again->block : result->lacks_block);
     if (status == MR_OK && result->possible && !result->made) {

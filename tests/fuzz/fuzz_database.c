@@ -124,7 +124,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     }
     enum mr_status status = store_open(path, STORE_READ, &store, &error);
     if (status == MR_OK)
-        status = store_landings(store, &landing, &count, &error);
+        status = store_landings_get(store, &landing, &count, &error);
     if (status == MR_OK && count <= LANDINGS_MAX)
         status = make_page(path, store, &error);
     FUZZ_REQUIRE(status == MR_OK || error.text[0]);

@@ -114,7 +114,8 @@ TEST(film_frames_are_those_of_the_record)
     stream_state(stream, 4, 4, 3, stream->block);
     session_log(&session, "film.db");
     assert_no_error(&session.error);
-    assert_int_equal(store_film_frames(session.store, 1, &frame, &frames, &session.error), MR_OK);
+    assert_int_equal(store_film_frames_get(session.store, 1, &frame, &frames, &session.error),
+                     MR_OK);
     assert_int_equal(frames, 70000);
     for (size_t i = 0; i < frames; i++) {
         assert_int_equal(frame[i].number, i + 1);

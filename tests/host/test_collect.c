@@ -24,7 +24,7 @@ static size_t landing_count(struct session *session)
 {
     struct store_landing *rows;
     size_t count;
-    assert_int_equal(store_landings(session->store, &rows, &count, &session->error), MR_OK);
+    assert_int_equal(store_landings_get(session->store, &rows, &count, &session->error), MR_OK);
     free(rows);
     return count;
 }
@@ -61,16 +61,16 @@ TEST(both_links_make_one_landing)
     struct store_switch *places;
     struct store_segment *segments;
     size_t count;
-    assert_int_equal(store_channels(s.store, 1, channels, &count, &s.error), MR_OK);
+    assert_int_equal(store_channels_get(s.store, 1, channels, &count, &s.error), MR_OK);
     assert_int_equal(count, 24);
     assert_int_equal(channels[5].number, 6);
     assert_near(channels[5].station_ft, 90.0, 0.0);
     assert_int_equal(channels[8 + 13].band, 2);
-    assert_int_equal(store_switches(s.store, 1, &places, &count, &s.error), MR_OK);
+    assert_int_equal(store_switches_get(s.store, 1, &places, &count, &s.error), MR_OK);
     assert_int_equal(count, 24);
     assert_near(places[23].station_ft, 117.5, 0.0);
     free(places);
-    assert_int_equal(store_segments(s.store, 1, &segments, &count, &s.error), MR_OK);
+    assert_int_equal(store_segments_get(s.store, 1, &segments, &count, &s.error), MR_OK);
     assert_int_equal(count, 42);
     assert_near(segments[41].slack_in, 0.2, 1e-6);
     free(segments);
@@ -78,7 +78,7 @@ TEST(both_links_make_one_landing)
     /* The gear stops at 3 + 28^2 / 16 = 52 ft: switches at 2.5 to 47.5 ft open, 10 of them. Both
      * links told each, and serial is the record. */
     struct store_edge *edges;
-    assert_int_equal(store_edges(s.store, 1, &edges, &count, &s.error), MR_OK);
+    assert_int_equal(store_edges_get(s.store, 1, &edges, &count, &s.error), MR_OK);
     assert_int_equal(count, 10);
     for (size_t i = 0; i < count; i++) {
         assert_int_equal(edges[i].position, i + 1);
@@ -99,7 +99,7 @@ TEST(both_links_make_one_landing)
     assert_int_equal(counts_of(&s, LINK_CAN).lost, 0);
     assert_int_equal(counts_of(&s, LINK_SERIAL).lost, 0);
     struct store_gap *gaps;
-    assert_int_equal(store_gaps(s.store, 1, &gaps, &count, &s.error), MR_OK);
+    assert_int_equal(store_gaps_get(s.store, 1, &gaps, &count, &s.error), MR_OK);
     assert_int_equal(count, 0);
     session_end(&s);
 }
@@ -125,7 +125,7 @@ TEST(every_block_and_frame_is_kept)
     /* Armed at 500, touchdown at 1.5 s, 3.5 s to the stop, 1 s more: blocks 500 to 5999. */
     assert_int_equal(store_blocks_count(s.store, 1, &blocks, &s.error), MR_OK);
     assert_int_equal(blocks, 5500);
-    assert_int_equal(store_blocks_each(s.store, 1, check_order, &next, &s.error), MR_OK);
+    assert_int_equal(store_blocks_for_each(s.store, 1, check_order, &next, &s.error), MR_OK);
     assert_int_equal(counts_of(&s, LINK_CAN).received, s.stream.can_sent);
     assert_int_equal(counts_of(&s, LINK_SERIAL).received, s.stream.serial_sent);
     assert_int_equal(store_frames_count(s.store, 1, LINK_CAN, &can, &s.error), MR_OK);
@@ -152,7 +152,8 @@ TEST(frames_carry_board_time)
     session_begin(&s, true, false);
     one_landing(&s, 1);
     session_log(&s, "collect.db");
-    assert_int_equal(store_frames_each(s.store, 1, LINK_CAN, check_times, &last, &s.error), MR_OK);
+    assert_int_equal(store_frames_for_each(s.store, 1, LINK_CAN, check_times, &last, &s.error),
+                     MR_OK);
     assert_true(last > 5900000);
     session_end(&s);
 }
@@ -171,12 +172,12 @@ TEST(time_goes_on_over_the_wrap)
     struct store_edge *edges;
     struct store_zone *zones;
     size_t count;
-    assert_int_equal(store_edges(s.store, 1, &edges, &count, &s.error), MR_OK);
+    assert_int_equal(store_edges_get(s.store, 1, &edges, &count, &s.error), MR_OK);
     assert_int_equal(count, 10);
     for (size_t i = 0; i < count; i++)
         assert_near(edges[i].board_us, 1e6 * stream_time_s(&truth, 2.5 + 5.0 * (double)i), 0.02);
     free(edges);
-    assert_int_equal(store_zones(s.store, 1, &zones, &count, &s.error), MR_OK);
+    assert_int_equal(store_zones_get(s.store, 1, &zones, &count, &s.error), MR_OK);
     assert_int_equal(zones[0].block, 64049);
     assert_int_equal(zones[count - 1].block, 69499);
     free(zones);
@@ -230,7 +231,7 @@ TEST(losses_are_found_and_named)
     assert_no_error(&s.error);
     assert_int_equal(counts_of(&s, LINK_CAN).lost, 10);
     assert_int_equal(counts_of(&s, LINK_SERIAL).lost, 7);
-    assert_int_equal(store_gaps(s.store, 1, &gaps, &count, &s.error), MR_OK);
+    assert_int_equal(store_gaps_get(s.store, 1, &gaps, &count, &s.error), MR_OK);
     assert_int_equal(count, 4);
     unsigned found = 0;
     for (size_t i = 0; i < count; i++) {
@@ -460,12 +461,12 @@ static void new_start_is_apart(bool can, bool serial, uint32_t before, bool torn
         assert_int_equal(counts_of(&s, link).dropped, 0);
     }
     /* one start of the board, whichever link brought it, and the landing that it ended */
-    assert_int_equal(store_restarts(s.store, 1, &restarts, &count, &s.error), MR_OK);
+    assert_int_equal(store_restarts_get(s.store, 1, &restarts, &count, &s.error), MR_OK);
     assert_int_equal(count, 1);
     assert_int_equal(restarts[0].detail, torn && !can ? 0 : MR_RESET_PIN | MR_RESET_WATCHDOG);
     free(restarts);
     /* the landing keeps the zeros that it was measured with */
-    assert_int_equal(store_channels(s.store, 1, channels, &count, &s.error), MR_OK);
+    assert_int_equal(store_channels_get(s.store, 1, channels, &count, &s.error), MR_OK);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         assert_near(channels[i].zero_code, STREAM_ZERO_CODE, 0.0);
     session_end(&s);
@@ -518,7 +519,7 @@ TEST(hello_of_a_stranger_is_no_start)
     uint32_t sent = s.stream.can_sent - before;
     session_log(&s, "stranger.db");
     assert_no_error(&s.error);
-    assert_int_equal(store_restarts(s.store, 1, &restarts, &count, &s.error), MR_OK);
+    assert_int_equal(store_restarts_get(s.store, 1, &restarts, &count, &s.error), MR_OK);
     assert_int_equal(count, 0);
     free(restarts);
     assert_int_equal(store_frames_count(s.store, 1, LINK_CAN, &frames, &s.error), MR_OK);
@@ -560,7 +561,7 @@ TEST(one_link_silent)
     s.can[0] = '\0'; /* nothing at all comes over CAN */
     session_log(&s, "collect.db");
     assert_no_error(&s.error);
-    assert_int_equal(store_gaps(s.store, 1, &gaps, &count, &s.error), MR_OK);
+    assert_int_equal(store_gaps_get(s.store, 1, &gaps, &count, &s.error), MR_OK);
     assert_int_equal(count, 1);
     assert_string_equal(gaps[0].cause, "silence");
     assert_int_equal(gaps[0].link, LINK_CAN);
@@ -586,7 +587,7 @@ TEST(one_link_cut_in_mid_landing)
     session_log(&s, "collect.db");
     assert_no_error(&s.error);
     assert_int_equal(landing_of(&s, 1).state, 4); /* the other link saw the end */
-    assert_int_equal(store_gaps(s.store, 1, &gaps, &count, &s.error), MR_OK);
+    assert_int_equal(store_gaps_get(s.store, 1, &gaps, &count, &s.error), MR_OK);
     assert_int_equal(count, 1);
     assert_string_equal(gaps[0].cause, "silence");
     assert_true(gaps[0].count == STORE_NONE); /* nobody can say how many */
@@ -653,7 +654,7 @@ TEST(can_fills_what_serial_lost)
     session_log(&s, "collect.db");
     assert_no_error(&s.error);
     assert_in_range(counts_of(&s, LINK_SERIAL).lost, 1, 10);
-    assert_int_equal(store_edges(s.store, 1, &edges, &count, &s.error), MR_OK);
+    assert_int_equal(store_edges_get(s.store, 1, &edges, &count, &s.error), MR_OK);
     assert_int_equal(count, 10);
     assert_int_equal(edges[0].links, 1 << LINK_CAN);
     assert_true(edges[9].links & 1 << LINK_SERIAL);
@@ -683,7 +684,7 @@ TEST(can_is_the_record_when_serial_falls_silent)
     assert_no_error(&s.error);
     assert_int_equal(landing_count(&s), 1);
     assert_int_equal(landing_of(&s, 1).state, 4);
-    assert_int_equal(store_edges(s.store, 1, &edges, &count, &s.error), MR_OK);
+    assert_int_equal(store_edges_get(s.store, 1, &edges, &count, &s.error), MR_OK);
     assert_int_equal(count, 10); /* also of the second in which CAN was not obeyed yet */
     free(edges);
     assert_int_equal(store_result_get(s.store, 1, &result, &found, &s.error), MR_OK);

@@ -3,7 +3,7 @@
 #include <unistd.h>
 
 #include "common/wire.h"
-#include "host/analyse/record.h"
+#include "host/analyse/outcome.h"
 #include "host/analyse/measured_load.h"
 #include "host/compare/limits.h"
 #include "host/compare/landing.h"
@@ -187,14 +187,14 @@ TEST(kept_and_made_again)
     struct compare_landing landing;
     struct compare_figures again;
     struct store_simulation *rows;
-    struct store_simulation_head head;
+    struct store_simulation_summary head;
     const struct compare_board_reports nothing = {0};
     size_t count;
     load_one(&s, &m, &survey);
     compare_model_load(&model, "host/scenes/model_runway.json", 0, &s.error);
     compare_run_landing(s.store, 1, &model, 0, &landing, &s.error);
-    store_simulations(s.store, 1, &rows, &count, &s.error);
-    store_simulation_head_get(s.store, 1, &head, &s.error);
+    store_simulations_get(s.store, 1, &rows, &count, &s.error);
+    store_simulation_summary_get(s.store, 1, &head, &s.error);
     compare_compute_figures(&m, &survey, &nothing, &head, rows, count, &again);
     assert_no_error(&s.error);
     assert_string_equal(again.model_file, "model_runway.json");
@@ -314,22 +314,22 @@ TEST(the_zone_near_the_wheel)
     const double segment_ft = 20.0 / 7.0;
     float slack_in[MR_SEGMENTS], left_in[MR_SEGMENTS];
     struct mr_closure_zone zone;
-    struct record_reach reach;
+    struct reached_zone reach;
     for (unsigned k = 0; k < MR_SEGMENTS; k++) {
         slack_in[k] = 0.3f;
         left_in[k] = (k >= 10 && k <= 15) || (k >= 25 && k <= 34) ? 0.0f : 0.3f;
     }
     zones_find_longest_zone(slack_in, left_in, 10.0 * segment_ft, (double)INFINITY, &zone);
     assert_int_equal(zone.mats, 100);
-    record_reach_init(&reach);
+    reached_zone_init(&reach);
     for (unsigned k = 0; k < 10; k++) {
-        zones_find_longest_zone(slack_in, left_in, 10.0 * segment_ft, RECORD_REACH_WITHIN_FT,
+        zones_find_longest_zone(slack_in, left_in, 10.0 * segment_ft, REACHED_ZONE_DISTANCE_MAX_FT,
                                 &zone);
         assert_int_equal(zone.mats, 60);
-        record_reach_add(&reach, 0.02 * k, 10.0 * segment_ft, &zone);
+        reached_zone_update(&reach, 0.02 * k, 10.0 * segment_ft, &zone);
     }
     assert_int_equal(reach.longest_mats, 60);
-    assert_near(reach.reached_t_s[RECORD_REACH_BEST], 0.0, 0.0);
+    assert_near(reach.reached_t_s[REACHED_ZONE_BEST], 0.0, 0.0);
 }
 
 static const char campaign_text[] =

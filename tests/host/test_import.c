@@ -122,7 +122,7 @@ TEST(frames_that_wait_are_read)
                                         .data = data};
             assert_int_equal(store_frame_put(store, 1, &frame, &error), MR_OK);
         }
-        assert_int_equal(store_frames_each(store, 1, 0, count_up, &next, &error), MR_OK);
+        assert_int_equal(store_frames_for_each(store, 1, 0, count_up, &next, &error), MR_OK);
         assert_int_equal(next, 150);
         if (round == 0) { /* given up */
             store_close(store);

@@ -2,7 +2,7 @@
  * of each landing. The mats do not move; segments that were surveyed as closed are the zone. */
 #include "common/emulated.h"
 #include "host/analyse/measured_load.h"
-#include "host/analyse/record.h"
+#include "host/analyse/outcome.h"
 #include "tests/host/session.h"
 
 #define DB      "build/test-tmp/record.db"
@@ -74,9 +74,9 @@ static void reopen(void)
     assert_no_error(&session.error);
 }
 
-static void load(struct record *record)
+static void load(struct outcome_record *record)
 {
-    assert_int_equal(record_load(session.store, record, &session.error), MR_OK);
+    assert_int_equal(outcome_record_load(session.store, record, &session.error), MR_OK);
 }
 
 static void advise(int64_t after_run, const char *verdict, double zone, double planned_ft_s2)
@@ -105,31 +105,31 @@ static void see(int64_t run, const char *kind, const char *form)
     assert_int_equal(store_observation_add(session.store, &seen, &session.error), MR_OK);
 }
 
-static void is(const struct record *record, int run, enum record_verdict verdict,
+static void is(const struct outcome_record *record, int run, enum warning_outcome verdict,
                enum outcome_basis basis)
 {
-    const struct record_row *row = &record->row[run - 1];
-    if (row->run != run || row->verdict != verdict || row->outcome.basis != basis)
-        fail_msg("RUN %d: %s by %s (%s), wanted %s by %s", run, record_verdict_text(row->verdict),
-                 outcome_basis_text(row->outcome.basis),
-                 row->unknown_reason ? row->unknown_reason : "", record_verdict_text(verdict),
+    const struct outcome_record_row *row = &record->row[run - 1];
+    if (row->run != run || row->warning_outcome != verdict || row->outcome.basis != basis)
+        fail_msg("RUN %d: %s by %s (%s), wanted %s by %s", run,
+                 warning_outcome_text(row->warning_outcome), outcome_basis_text(row->outcome.basis),
+                 row->unknown_reason ? row->unknown_reason : "", warning_outcome_text(verdict),
                  outcome_basis_text(basis));
-    if (verdict == RECORD_NOT_KNOWN)
+    if (verdict == WARNING_OUTCOME_UNKNOWN)
         assert_non_null(row->unknown_reason);
 }
 
 /* The JSON of an outcome. */
-static void has_json(const struct record_row *row, const char *result, int zone_reached)
+static void has_json(const struct outcome_record_row *row, const char *result, int zone_reached)
 {
     struct answer *answer = answer_new(false);
-    record_add_outcome(row, answer);
+    outcome_record_add_outcome(row, answer);
     json_t *all = answer_make_json_and_free(answer), *outcome = json_object_get(all, "outcome");
     const json_t *lead = json_object_get(outcome, "lead_s"),
                  *reached = json_object_get(outcome, "zone_reached");
-    char evidence[RECORD_TEXT_SIZE];
+    char evidence[OUTCOME_TEXT_SIZE];
     assert_string_equal(json_string_value(json_object_get(outcome, "result")), result);
     assert_string_equal(json_string_value(json_object_get(outcome, "evidence")),
-                        record_format_evidence(row, evidence));
+                        outcome_record_format_evidence(row, evidence));
     assert_true(zone_reached < 0
                     ? json_is_null(reached)
                     : json_is_boolean(reached) && json_is_true(reached) == zone_reached);
@@ -147,7 +147,7 @@ static void has_json(const struct record_row *row, const char *result, int zone_
 
 TEST(each_kind)
 {
-    struct record record;
+    struct outcome_record record;
     make("1010100101000");
     for (int run = 1; run <= 13; run++)
         survey_anew(run);
@@ -180,25 +180,25 @@ TEST(each_kind)
     see(7, "wave", "two-panel");
     load(&record);
     assert_int_equal(record.row_count, 13);
-    is(&record, 1, RECORD_HIT, OUTCOME_TRANSDUCERS);
-    is(&record, 2, RECORD_MISS, OUTCOME_TRANSDUCERS);
-    is(&record, 3, RECORD_FALSE_ALARM, OUTCOME_TRANSDUCERS);
-    is(&record, 4, RECORD_TRUE_NEGATIVE, OUTCOME_TRANSDUCERS);
-    is(&record, 5, RECORD_NOT_KNOWN, OUTCOME_NO_BASIS);
-    is(&record, 6, RECORD_MISS, OUTCOME_OBSERVATION);
-    is(&record, 7, RECORD_NOT_KNOWN, OUTCOME_NO_BASIS);
-    is(&record, 8, RECORD_NOT_KNOWN, OUTCOME_NO_BASIS);
-    is(&record, 9, RECORD_MISS, OUTCOME_TRANSDUCERS);
-    is(&record, 10, RECORD_LATE, OUTCOME_TRANSDUCERS);
-    is(&record, 11, RECORD_NOT_KNOWN, OUTCOME_NO_BASIS);
-    is(&record, 12, RECORD_MISS, OUTCOME_SURVEY_AFTER);
-    is(&record, 13, RECORD_MISS, OUTCOME_TRANSDUCERS); /* the same zone, before it */
+    is(&record, 1, WARNING_HIT, OUTCOME_TRANSDUCERS);
+    is(&record, 2, WARNING_MISS, OUTCOME_TRANSDUCERS);
+    is(&record, 3, WARNING_FALSE_ALARM, OUTCOME_TRANSDUCERS);
+    is(&record, 4, WARNING_TRUE_NEGATIVE, OUTCOME_TRANSDUCERS);
+    is(&record, 5, WARNING_OUTCOME_UNKNOWN, OUTCOME_NO_BASIS);
+    is(&record, 6, WARNING_MISS, OUTCOME_OBSERVATION);
+    is(&record, 7, WARNING_OUTCOME_UNKNOWN, OUTCOME_NO_BASIS);
+    is(&record, 8, WARNING_OUTCOME_UNKNOWN, OUTCOME_NO_BASIS);
+    is(&record, 9, WARNING_MISS, OUTCOME_TRANSDUCERS);
+    is(&record, 10, WARNING_LATE, OUTCOME_TRANSDUCERS);
+    is(&record, 11, WARNING_OUTCOME_UNKNOWN, OUTCOME_NO_BASIS);
+    is(&record, 12, WARNING_MISS, OUTCOME_SURVEY_AFTER);
+    is(&record, 13, WARNING_MISS, OUTCOME_TRANSDUCERS); /* the same zone, before it */
     assert_int_equal(record.landing_count, 12);
     assert_int_equal(record.void_count, 1);
-    assert_int_equal(record.verdict_count[RECORD_HIT], 1);
-    assert_int_equal(record.verdict_count[RECORD_LATE], 1);
-    assert_int_equal(record.verdict_count[RECORD_MISS], 5);
-    assert_int_equal(record.verdict_count[RECORD_FALSE_ALARM], 1);
+    assert_int_equal(record.warning_outcome_count[WARNING_HIT], 1);
+    assert_int_equal(record.warning_outcome_count[WARNING_LATE], 1);
+    assert_int_equal(record.warning_outcome_count[WARNING_MISS], 5);
+    assert_int_equal(record.warning_outcome_count[WARNING_FALSE_ALARM], 1);
     /* looks are 20 ms apart; the board looks every 50 ms */
     assert_near(record.row[0].outcome.reached_t_s, FAR_AT_S, 0.021);
     assert_near(record.row[0].warned_t_s, WARNED_AT_S, 0.051);
@@ -220,13 +220,13 @@ TEST(each_kind)
     assert_int_equal(record.row[0].outcome.longest_mats, 60);
     assert_near(record.row[0].outcome.longest_start_ft, 57.14, 0.1);
     assert_int_equal(record.row[11].outcome.closed_after_mats, 52); /* 79.56 to 94.29 ft */
-    record_free(&record);
+    outcome_record_free(&record);
     session_end(&session);
 }
 
 TEST(advice_and_what_came)
 {
-    struct record record;
+    struct outcome_record record;
     make("0000000000");
     for (int run = 1; run <= 10; run++) {
         survey_anew(run);
@@ -241,24 +241,24 @@ TEST(advice_and_what_came)
     }
     advise(10, "caution", 0.5, 8.0);
     load(&record);
-    assert_int_equal(record.advice_count[RECORD_AGAINST][OUTCOME_REACHED], 5);
-    assert_int_equal(record.advice_count[RECORD_AGAINST][OUTCOME_NOT_REACHED], 0);
-    assert_int_equal(record.advice_count[RECORD_CLEAR][OUTCOME_NOT_REACHED], 5);
-    record_free(&record);
+    assert_int_equal(record.advice_count[ADVICE_AGAINST][OUTCOME_REACHED], 5);
+    assert_int_equal(record.advice_count[ADVICE_AGAINST][OUTCOME_NOT_REACHED], 0);
+    assert_int_equal(record.advice_count[ADVICE_CLEAR][OUTCOME_NOT_REACHED], 5);
+    outcome_record_free(&record);
 
     /* Planned at 5 ft/s2 and braked at 8: another landing. */
     advise(1, "against", 0.9, 5.0);
     load(&record);
     assert_int_equal(record.off_plan_count, 1);
-    assert_int_equal(record.advice_count[RECORD_CLEAR][OUTCOME_NOT_REACHED], 4);
-    record_free(&record);
+    assert_int_equal(record.advice_count[ADVICE_CLEAR][OUTCOME_NOT_REACHED], 4);
+    outcome_record_free(&record);
     session_end(&session);
 }
 
 /* Whoever has loaded a landing need not wait for it again, and gets the same. */
 TEST(given)
 {
-    struct record record;
+    struct outcome_record record;
     static struct measured_landing measured;
     struct zones zones;
     make("1");
@@ -266,12 +266,13 @@ TEST(given)
     reopen();
     assert_int_equal(measured_load(session.store, 1, &measured, &session.error), MR_OK);
     assert_int_equal(zones_load(session.store, &measured, &zones, &session.error), MR_OK);
-    const struct record_landing there = {&measured, &zones};
-    assert_int_equal(record_begin(session.store, &record, &session.error), MR_OK);
-    assert_int_equal(record_judge(session.store, &record, &there, &session.error), MR_OK);
-    assert_int_equal(record_end(session.store, &record, &session.error), MR_OK);
-    is(&record, 1, RECORD_HIT, OUTCOME_TRANSDUCERS);
-    record_free(&record);
+    const struct outcome_record_landing there = {&measured, &zones};
+    assert_int_equal(outcome_record_begin(session.store, &record, &session.error), MR_OK);
+    assert_int_equal(outcome_record_evaluate(session.store, &record, &there, &session.error),
+                     MR_OK);
+    assert_int_equal(outcome_record_end(session.store, &record, &session.error), MR_OK);
+    is(&record, 1, WARNING_HIT, OUTCOME_TRANSDUCERS);
+    outcome_record_free(&record);
     zones_free(&zones);
     measured_free(&measured);
     session_end(&session);
@@ -287,8 +288,8 @@ static void begin_on(int64_t run, unsigned landings)
  * RUN 2. The mat of a real board does not go back. */
 TEST(restored_runway)
 {
-    struct record record;
-    char text[RECORD_ADVICE_SIZE];
+    struct outcome_record record;
+    char text[OUTCOME_ADVICE_SIZE];
     const struct store_advice advice = {.made_us = 1,
                                         .speed_ft_s = 35.0,
                                         .deceleration_ft_s2 = 9.0,
@@ -305,17 +306,17 @@ TEST(restored_runway)
         begin_on(run, run > 1);
     assert_int_equal(store_advice_add(session.store, &advice, &session.error), MR_OK);
     load(&record);
-    assert_int_equal(record.row[2].same_runway_run, STORE_NONE);
-    assert_string_equal(record_advice_text(&record.row[1], text), "against, followed");
-    assert_string_equal(record_advice_text(&record.row[2], text), "none");
-    record_free(&record);
+    assert_int_equal(record.row[2].first_run_on_runway, STORE_NONE);
+    assert_string_equal(outcome_record_format_advice(&record.row[1], text), "against, followed");
+    assert_string_equal(outcome_record_format_advice(&record.row[2], text), "none");
+    outcome_record_free(&record);
     sql("update landings set board_uid = substr(board_uid, 1, 8) || '" MR_EMULATED_LOT_TEXT
         "' || substr(board_uid, 15)");
     load(&record);
-    assert_int_equal(record.row[1].same_runway_run, STORE_NONE);
-    assert_int_equal(record.row[2].same_runway_run, 2);
-    assert_string_equal(record_advice_text(&record.row[2], text), "against, followed");
+    assert_int_equal(record.row[1].first_run_on_runway, STORE_NONE);
+    assert_int_equal(record.row[2].first_run_on_runway, 2);
+    assert_string_equal(outcome_record_format_advice(&record.row[2], text), "against, followed");
     assert_int_equal(record.off_plan_count, 2);
-    record_free(&record);
+    outcome_record_free(&record);
     session_end(&session);
 }

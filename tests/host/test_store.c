@@ -119,13 +119,13 @@ TEST(rows_come_back)
     struct store_edge *edges;
     struct store_zone *zones;
     size_t count;
-    assert_int_equal(store_edges(store, 1, &edges, &count, &error), MR_OK);
+    assert_int_equal(store_edges_get(store, 1, &edges, &count, &error), MR_OK);
     assert_int_equal(count, 1);
     assert_int_equal(edges[0].links, 3);
     assert_int_equal(edges[0].tick, 4000000000);
     assert_near(edges[0].board_us, 1234.5, 0.0);
     free(edges);
-    assert_int_equal(store_zones(store, 1, &zones, &count, &error), MR_OK);
+    assert_int_equal(store_zones_get(store, 1, &zones, &count, &error), MR_OK);
     assert_int_equal(count, 1);
     assert_int_equal(zones[0].warning, 1);
     assert_near(zones[0].lead_s, 0.5, 0.0);
@@ -297,24 +297,24 @@ TEST(simulations_keep_the_newest)
                                    .length = 3};
     float spread[3] = {0.0f, 0.01f, 0.02f},
           segments[2 * MR_SEGMENTS] = {[1] = 0.25f, [2 * MR_SEGMENTS - 1] = 0.5f};
-    struct store_simulation_head head = {.run_ms = 35, .error_in = 0.01, .seeds = 1}, back;
+    struct store_simulation_summary head = {.run_ms = 35, .error_in = 0.01, .seeds = 1}, back;
     struct store_simulation *rows;
     size_t count;
     add_landing(store, add_session(store));
-    assert_int_equal(store_simulation_head_get(store, 1, &back, &error), MR_OK);
+    assert_int_equal(store_simulation_summary_get(store, 1, &back, &error), MR_OK);
     assert_true(back.seeds == STORE_NONE && isnan(back.run_ms) && !back.segments_in);
     assert_int_equal(store_simulation_put(store, 1, "{}", 1, &head, &row, 1, &error), MR_OK);
     row.rms_in = 0.2;
     row.spread_in = spread;
-    head = (struct store_simulation_head){.run_ms = 70,
-                                          .error_in = 0.02,
-                                          .seeds = 4,
-                                          .segments_dt_s = 0.02,
-                                          .segments_in = segments,
-                                          .segment_rows = 2};
+    head = (struct store_simulation_summary){.run_ms = 70,
+                                             .error_in = 0.02,
+                                             .seeds = 4,
+                                             .segments_dt_s = 0.02,
+                                             .segments_in = segments,
+                                             .segment_rows = 2};
     assert_int_equal(
         store_simulation_put(store, 1, "{\"file\":\"a.json\"}", 2, &head, &row, 1, &error), MR_OK);
-    assert_int_equal(store_simulations(store, 1, &rows, &count, &error), MR_OK);
+    assert_int_equal(store_simulations_get(store, 1, &rows, &count, &error), MR_OK);
     assert_int_equal(count, 1);
     assert_near(rows[0].rms_in, 0.2, 0.0);
     assert_true(isnan(rows[0].peak_measured_in));
@@ -322,7 +322,7 @@ TEST(simulations_keep_the_newest)
     assert_memory_equal(rows[0].series_in, series, sizeof series);
     assert_memory_equal(rows[0].spread_in, spread, sizeof spread);
     store_simulations_free(rows, count);
-    assert_int_equal(store_simulation_head_get(store, 1, &back, &error), MR_OK);
+    assert_int_equal(store_simulation_summary_get(store, 1, &back, &error), MR_OK);
     assert_near(back.run_ms, 70.0, 0.0);
     assert_near(back.error_in, 0.02, 0.0);
     assert_true(back.seeds == 4 && back.segments_dt_s == 0.02);

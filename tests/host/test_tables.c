@@ -68,7 +68,7 @@ static void expect_column(sqlite3_stmt *s, int at, const struct store_column *co
 
 static void put_and_look(enum store_table_number which)
 {
-    const struct store_table *table = store_table(which);
+    const struct store_table *table = store_table_get(which);
     _Alignas(16) char row[ROOM] = {0}, back[ROOM] = {0};
     int64_t owners[8], owner = 0;
     sqlite3_stmt *s;
@@ -116,7 +116,7 @@ TEST(every_field_goes_to_its_column_and_comes_back)
     unsigned tables = 0;
     begin("fields.db");
     for (int which = 0; which < STORE_TABLE_COUNT; which++) {
-        if (store_table((enum store_table_number)which)->name) {
+        if (store_table_get((enum store_table_number)which)->name) {
             put_and_look((enum store_table_number)which);
             tables++;
         }

@@ -1,8 +1,8 @@
-/* How well the measured outcome of a landing (host/analyse/record.h: survey before and transducers)
- * agrees with the truth, in landings that are not the model of the board. Two views: transducers at
- * 40 to 110 ft and at 10 to 70 ft.
+/* How well the measured outcome of a landing (host/analyse/outcome.h: survey before and
+ * transducers) agrees with the truth, in landings that are not the model of the board. Two views:
+ * transducers at 40 to 110 ft and at 10 to 70 ft.
  *
- *     build/tests/score/outcome FOLDER FROM SERIES [KIND...]
+ * build/tests/score/outcome FOLDER FROM SERIES [KIND...]
  *
  * Exit: 0; 2 usage. */
 #include <math.h>
@@ -10,7 +10,7 @@
 #include <stdlib.h>
 
 #include "common/closure.h"
-#include "host/analyse/record.h"
+#include "host/analyse/outcome.h"
 #include "host/base/statistics.h"
 #include "tests/score/score.h"
 
@@ -24,14 +24,14 @@ struct counts {
     double length_error[LANDINGS_MAX];
 };
 
-static struct record_reach measure(const struct score_landing *landing, bool upfield,
+static struct reached_zone measure(const struct score_landing *landing, bool upfield,
                                    uint64_t *state)
 {
     float station_ft[MR_TRANSDUCERS], slack_in[MR_SEGMENTS], left_in[MR_SEGMENTS],
         reading_in[MR_TRANSDUCERS];
     double gain[MR_TRANSDUCERS];
-    struct record_reach reach;
-    record_reach_init(&reach);
+    struct reached_zone reach;
+    reached_zone_init(&reach);
     score_read_survey(landing, slack_in, state);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         station_ft[i] = upfield ? 10.0f * (float)(i + 1) : 40.0f + 10.0f * (float)i;
@@ -52,27 +52,27 @@ static struct record_reach measure(const struct score_landing *landing, bool upf
         }
         struct mr_closure_input input = {station_ft, reading_in, slack_in, (float)wheel_ft};
         mr_closure_find_zone(&input, &zone, left_in);
-        zones_find_longest_zone(slack_in, left_in, wheel_ft, RECORD_REACH_WITHIN_FT, &zone);
-        record_reach_add(&reach, t_s, wheel_ft, &zone);
+        zones_find_longest_zone(slack_in, left_in, wheel_ft, REACHED_ZONE_DISTANCE_MAX_FT, &zone);
+        reached_zone_update(&reach, t_s, wheel_ft, &zone);
     }
     return reach;
 }
 
-static void count(const struct score_landing *landing, const struct record_reach *reach,
+static void count(const struct score_landing *landing, const struct reached_zone *reach,
                   struct counts *counts)
 {
     int16_t true_mats;
     const double look_s = 1e-3 * SCORE_LOOK_MS, event_s = score_event_s(landing, &true_mats),
                  *said_s = reach->reached_t_s;
-    bool said = !isnan(said_s[RECORD_REACH_BEST]);
+    bool said = !isnan(said_s[REACHED_ZONE_BEST]);
     counts->hits += !isnan(event_s) && said;
     counts->misses += !isnan(event_s) && !said;
     counts->false_hits += isnan(event_s) && said;
     counts->silences += isnan(event_s) && !said;
     if (!isnan(event_s) && said) {
         counts->timed++;
-        counts->covered += event_s > said_s[RECORD_REACH_EARLIEST] - 1.01 * look_s &&
-                           !(event_s > said_s[RECORD_REACH_LATEST] + 1.01 * look_s);
+        counts->covered += event_s > said_s[REACHED_ZONE_EARLIEST] - 1.01 * look_s &&
+                           !(event_s > said_s[REACHED_ZONE_LATEST] + 1.01 * look_s);
     }
     if (true_mats >= 25 && true_mats <= 80 && counts->lengths < LANDINGS_MAX)
         counts->length_error[counts->lengths++] = (double)reach->longest_mats - true_mats;
@@ -121,7 +121,7 @@ int main(int argc, char **argv)
             for (uint32_t i = 0; i < truth.series.landings; i++) {
                 for (unsigned upfield = 0; upfield < 2; upfield++) {
                     uint64_t state = 1000u * n + 10u * i + upfield;
-                    struct record_reach reach = measure(&truth.landing[i], upfield == 1, &state);
+                    struct reached_zone reach = measure(&truth.landing[i], upfield == 1, &state);
                     count(&truth.landing[i], &reach, &counts[upfield]);
                 }
             }

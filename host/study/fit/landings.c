@@ -809,7 +809,7 @@ enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int
     *surveyed = (struct fit_survey){0};
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         told.slack_in[s] = NAN;
-    if (store_landings(store, &rows, &count, error) != MR_OK)
+    if (store_landings_get(store, &rows, &count, error) != MR_OK)
         return error->status;
     for (size_t i = 0; i < count; i++) {
         if (rows[i].id < run + after)
@@ -905,7 +905,7 @@ static enum mr_status load_survey_after(struct store *store, const struct store_
     int64_t next = STORE_NONE;
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         landing->survey_after_in[s] = (double)NAN;
-    if (store_landings(store, &rows, &count, error) != MR_OK)
+    if (store_landings_get(store, &rows, &count, error) != MR_OK)
         return error->status;
     for (size_t i = 0; i < count && next == STORE_NONE; i++)
         next = rows[i].id > now->id && is_next(store, &rows[i], now->id) ? rows[i].id : STORE_NONE;

@@ -4,8 +4,8 @@
  * A landing with an unknown outcome is never counted as a success. Voided landings are counted
  * separately. The record is not stored. It is computed from the campaign each time, so that
  * later surveys and corrections are included. */
-#ifndef MATRIG_HOST_ANALYSE_RECORD_H
-#define MATRIG_HOST_ANALYSE_RECORD_H
+#ifndef MATRIG_HOST_ANALYSE_OUTCOME_H
+#define MATRIG_HOST_ANALYSE_OUTCOME_H
 
 #include "common/closure.h"
 #include "host/analyse/measured.h"
@@ -42,7 +42,7 @@ enum outcome_basis {
     OUTCOME_OBSERVATION,
     OUTCOME_TRANSDUCERS,
     OUTCOME_SURVEY_AFTER,
-    OUTCOME_BASES
+    OUTCOME_BASIS_COUNT
 };
 
 struct outcome {
@@ -71,59 +71,59 @@ struct outcome {
 /* The longest zone that the wheel reached, and the time at which it first reached a zone of
  * OUTCOME_MIN_ZONE_MATS: best estimate, and earliest and latest time within the errors of the
  * zone. */
-enum record_reach_limit {
-    RECORD_REACH_EARLIEST,
-    RECORD_REACH_BEST,
-    RECORD_REACH_LATEST,
-    RECORD_REACH_LIMITS
+enum reached_zone_limit {
+    REACHED_ZONE_EARLIEST,
+    REACHED_ZONE_BEST,
+    REACHED_ZONE_LATEST,
+    REACHED_ZONE_LIMIT_COUNT
 };
-struct record_reach {
+struct reached_zone {
     unsigned longest_mats;
-    double longest_start_ft;                 /* NaN: the wheel reached no zone */
-    double reached_t_s[RECORD_REACH_LIMITS]; /* NaN: it reached no such zone */
+    double longest_start_ft;                      /* NaN: the wheel reached no zone */
+    double reached_t_s[REACHED_ZONE_LIMIT_COUNT]; /* NaN: it reached no such zone */
     double since_s
         /* time since which the wheel has been at such a zone; NaN: it is not at one now */
-        [RECORD_REACH_LIMITS];
+        [REACHED_ZONE_LIMIT_COUNT];
 };
-/* distance ahead of the wheel within which the zone of record_reach_add must begin: the largest
+/* distance ahead of the wheel within which the zone of reached_zone_update must begin: the largest
  * that any of the limits allows */
-#define RECORD_REACH_WITHIN_FT (OUTCOME_REACHED_DISTANCE_FT + (double)MR_SEGMENT_LENGTH_FT)
-void record_reach_init(struct record_reach *reach);
-/* Adds the longest zone that begins within RECORD_REACH_WITHIN_FT of the wheel at a time. Call in
- * order of time, at least every 0.05 s, while the wheel rolls. */
-void record_reach_add(struct record_reach *reach, double t_s, double wheel_ft,
-                      const struct mr_closure_zone *zone);
+#define REACHED_ZONE_DISTANCE_MAX_FT (OUTCOME_REACHED_DISTANCE_FT + (double)MR_SEGMENT_LENGTH_FT)
+void reached_zone_init(struct reached_zone *reach);
+/* Adds the longest zone that begins within REACHED_ZONE_DISTANCE_MAX_FT of the wheel at a time.
+ * Call in order of time, at least every 0.05 s, while the wheel rolls. */
+void reached_zone_update(struct reached_zone *reach, double t_s, double wheel_ft,
+                         const struct mr_closure_zone *zone);
 
 /* Returns the basis as text for tables, such as "transducers and survey". Static storage. */
 const char *outcome_basis_text(enum outcome_basis basis);
 
 /* A landing is off plan if its braking or speed differs from the plan by more than this share. The
  * advice does not apply to it. */
-#define RECORD_OFF_PLAN_BRAKING_SHARE 0.25
-#define RECORD_OFF_PLAN_SPEED_SHARE   0.10
+#define OUTCOME_OFF_PLAN_BRAKING_SHARE 0.25
+#define OUTCOME_OFF_PLAN_SPEED_SHARE   0.10
 
-enum record_warned {
-    RECORD_NO_BOARD, /* the readings are from another instrument: no board could warn */
-    RECORD_WARNED,
-    RECORD_NO_WARNING,
-    RECORD_NOT_RECEIVED /* no warning was received, but the board may have sent one */
+enum warning_status {
+    WARNING_NO_BOARD, /* the readings are from another instrument: no board could warn */
+    WARNING_SENT,
+    WARNING_NOT_SENT,
+    WARNING_NOT_RECEIVED /* no warning was received, but the board may have sent one */
 };
-enum record_verdict {
-    RECORD_NOT_KNOWN,
-    RECORD_HIT,           /* warned before the wheel reached the zone */
-    RECORD_LATE,          /* warned after the wheel reached the zone */
-    RECORD_MISS,          /* no warning, but the wheel reached a zone */
-    RECORD_FALSE_ALARM,   /* warning, but the wheel reached no zone */
-    RECORD_TRUE_NEGATIVE, /* no warning, and the wheel reached no zone */
-    RECORD_VERDICTS
+enum warning_outcome {
+    WARNING_OUTCOME_UNKNOWN,
+    WARNING_HIT,           /* warned before the wheel reached the zone */
+    WARNING_LATE,          /* warned after the wheel reached the zone */
+    WARNING_MISS,          /* no warning, but the wheel reached a zone */
+    WARNING_FALSE_ALARM,   /* warning, but the wheel reached no zone */
+    WARNING_TRUE_NEGATIVE, /* no warning, and the wheel reached no zone */
+    WARNING_OUTCOME_COUNT
 };
-enum record_advice { RECORD_CLEAR, RECORD_CAUTION, RECORD_AGAINST, RECORD_ADVICES };
+enum advice_level { ADVICE_CLEAR, ADVICE_CAUTION, ADVICE_AGAINST, ADVICE_LEVEL_COUNT };
 
-struct record_row {
+struct outcome_record_row {
     int64_t run;
-    bool is_judged; /* false: the fields after `advice` have not been computed yet */
+    bool is_evaluated; /* false: the fields after `advice` have not been computed yet */
     bool is_void;
-    enum record_warned warned;
+    enum warning_status warning_status;
     /* time and start of the zone at the first warning, and position of the wheel; NaN: no
      * warning */
     double warned_t_s, warned_zone_start_ft, warned_wheel_ft;
@@ -136,7 +136,7 @@ struct record_row {
     double max_risk; /* largest risk reported during the landing; NaN: none */
     /* First landing that began on the same runway, if the runway was restored; STORE_NONE: none.
      * Only an emulated board can restore its runway, because its memory is a file. */
-    int64_t same_runway_run;
+    int64_t first_run_on_runway;
     bool has_advice;
     /* newest advice before the landing, for the runway of the landing */
     struct store_advice advice;
@@ -146,18 +146,18 @@ struct record_row {
      * recommended */
     bool followed_advice_against;
     struct outcome outcome;
-    enum record_verdict verdict;
-    const char *unknown_reason; /* reason for the outcome RECORD_NOT_KNOWN; static storage */
+    enum warning_outcome warning_outcome;
+    const char *unknown_reason; /* reason for the outcome WARNING_OUTCOME_UNKNOWN; static storage */
 };
 
-struct record {
-    struct record_row *row; /* rows in ascending order of RUN */
+struct outcome_record {
+    struct outcome_record_row *row; /* rows in ascending order of RUN */
     size_t row_count;
     struct store_landing *landing; /* landing of each row */
     /* Totals over the landings that are not void. */
     size_t landing_count, void_count;
-    size_t verdict_count[RECORD_VERDICTS];
-    size_t advice_count[RECORD_ADVICES]
+    size_t warning_outcome_count[WARNING_OUTCOME_COUNT];
+    size_t advice_count[ADVICE_LEVEL_COUNT]
                        [3]; /* number of landings by advice and by enum outcome_reached */
     /* number of landings that differed from their plan or followed the advice against it; not
      * counted in `advice` */
@@ -165,49 +165,60 @@ struct record {
 };
 
 /* A loaded landing, with its samples. */
-struct record_landing {
+struct outcome_record_landing {
     const struct measured_landing *measured;
     const struct zones *zones;
 };
 
-/* Makes one row per landing; the rows are not judged yet. Call record_free in every case. */
-enum mr_status record_begin(struct store *store, struct record *record, struct error *error);
+/* Makes one row per landing; the rows are not judged yet. Call outcome_record_free in every
+ * case. */
+enum mr_status outcome_record_begin(struct store *store, struct outcome_record *record,
+                                    struct error *error);
 /* Finds the row of a landing; NULL if there is none. */
-struct record_row *record_find_row(struct record *record, int64_t run);
+struct outcome_record_row *outcome_record_find_row(struct outcome_record *record, int64_t run);
 /* Judges a landing that the caller has loaded. */
-enum mr_status record_judge(struct store *store, struct record *record,
-                            const struct record_landing *loaded, struct error *error);
+enum mr_status outcome_record_evaluate(struct store *store, struct outcome_record *record,
+                                       const struct outcome_record_landing *loaded,
+                                       struct error *error);
 /* Judges a loaded landing without the other rows of the record. */
-enum mr_status record_judge_one(struct store *store, const struct record_landing *loaded,
-                                struct record_row *row, struct error *error);
+enum mr_status outcome_record_evaluate_one(struct store *store,
+                                           const struct outcome_record_landing *loaded,
+                                           struct outcome_record_row *row, struct error *error);
 /* Loads and judges the rows that are not judged yet, and computes the totals. */
-enum mr_status record_end(struct store *store, struct record *record, struct error *error);
-/* record_begin and record_end in one call. */
-enum mr_status record_load(struct store *store, struct record *record, struct error *error);
-void record_free(struct record *record);
+enum mr_status outcome_record_end(struct store *store, struct outcome_record *record,
+                                  struct error *error);
+/* outcome_record_begin and outcome_record_end in one call. */
+enum mr_status outcome_record_load(struct store *store, struct outcome_record *record,
+                                   struct error *error);
+void outcome_record_free(struct outcome_record *record);
 
-const char *record_verdict_text(enum record_verdict verdict);
+const char *warning_outcome_text(enum warning_outcome verdict);
 /* Writes the outcome with its lead time, in the form used in all output: "hit, lead time about 1.6
  * s (75 % interval: 1.2 to 1.9 s)". */
-#define RECORD_TEXT_SIZE 400
-const char *record_format_outcome(const struct record_row *row, char out[RECORD_TEXT_SIZE]);
+#define OUTCOME_TEXT_SIZE 400
+const char *outcome_record_format_outcome(const struct outcome_record_row *row,
+                                          char out[OUTCOME_TEXT_SIZE]);
 /* Writes the evidence for the outcome: when the board warned, and what the wheel reached. */
-const char *record_format_evidence(const struct record_row *row, char out[RECORD_TEXT_SIZE]);
+const char *outcome_record_format_evidence(const struct outcome_record_row *row,
+                                           char out[OUTCOME_TEXT_SIZE]);
 /* Writes outcome and evidence: "hit, lead time about 1.6 s (...): the board warned 0.434 s after
  * ...". */
-#define RECORD_LINE_SIZE (2 * RECORD_TEXT_SIZE)
-const char *record_format_line(const struct record_row *row, char out[RECORD_LINE_SIZE]);
-/* Adds the line of record_format_line as text for people, and the JSON object "outcome" with the
- * same facts. */
-void record_add_outcome(const struct record_row *row, struct answer *answer);
+#define OUTCOME_LINE_SIZE (2 * OUTCOME_TEXT_SIZE)
+const char *outcome_record_format_line(const struct outcome_record_row *row,
+                                       char out[OUTCOME_LINE_SIZE]);
+/* Adds the line of outcome_record_format_line as text for people, and the JSON object "outcome"
+ * with the same facts. */
+void outcome_record_add_outcome(const struct outcome_record_row *row, struct answer *answer);
 /* True if the outcome depends on the resolution: the difference between OUTCOME_MIN_ZONE_MATS and
  * the longest zone that the wheel reached is within the resolution. */
-bool record_is_marginal(const struct record_row *row);
+bool outcome_record_is_marginal(const struct outcome_record_row *row);
 /* Writes the advice before a landing and whether it was followed: "against, followed"; "none". */
-#define RECORD_ADVICE_SIZE 48
-const char *record_advice_text(const struct record_row *row, char out[RECORD_ADVICE_SIZE]);
+#define OUTCOME_ADVICE_SIZE 48
+const char *outcome_record_format_advice(const struct outcome_record_row *row,
+                                         char out[OUTCOME_ADVICE_SIZE]);
 /* Adds the totals as JSON. Text output has one line with `brief` (for `matrig show`), otherwise all
  * totals. */
-void record_to_answer(const struct record *record, bool brief, struct answer *answer);
+void outcome_record_to_answer(const struct outcome_record *record, bool brief,
+                              struct answer *answer);
 
 #endif

@@ -1,5 +1,5 @@
 #include "host/analyse/measured_load.h"
-#include "host/analyse/record.h"
+#include "host/analyse/outcome.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -16,13 +16,13 @@
 
 /* ---- predictions ---- */
 
-static enum mr_status load_max_risk(struct store *store, struct record_row *row,
+static enum mr_status load_max_risk(struct store *store, struct outcome_record_row *row,
                                     struct error *error)
 {
     struct store_risk *risk = NULL;
     size_t risks = 0;
     row->max_risk = (double)NAN;
-    enum mr_status status = store_risks(store, row->run, &risk, &risks, error);
+    enum mr_status status = store_risks_get(store, row->run, &risk, &risks, error);
     for (size_t i = 0; status == MR_OK && i < risks; i++)
         row->max_risk = fmax(row->max_risk, risk[i].risk);
     free(risk);
@@ -30,29 +30,31 @@ static enum mr_status load_max_risk(struct store *store, struct record_row *row,
 }
 
 static void set_warning(const struct measured_landing *measured, const struct zones *zones,
-                        struct record_row *row)
+                        struct outcome_record_row *row)
 {
     const struct zone_warning *warning = &zones->warning;
     char doubt[ZONES_REASON_SIZE];
     row->warned_t_s = row->warned_zone_start_ft = row->warned_wheel_ft = (double)NAN;
     row->lead_time_s = row->lead_time_low_s = row->lead_time_high_s = (double)NAN;
     if (warning->has_warning) {
-        row->warned = RECORD_WARNED;
+        row->warning_status = WARNING_SENT;
         row->warned_t_s = warning->t_s;
         row->time_origin = zones->received.origin;
         row->warned_zone_start_ft = warning->start_ft;
         row->warned_wheel_ft = warning->wheel_ft;
     } else if (measured->source == MEASURED_IMPORT)
-        row->warned = RECORD_NO_BOARD;
+        row->warning_status = WARNING_NO_BOARD;
     else
-        row->warned = zones_format_missed_warning_reason(&zones->received, (double)INFINITY, doubt)
-                        ? RECORD_NOT_RECEIVED
-                        : RECORD_NO_WARNING;
+        row->warning_status = zones_format_missed_warning_reason(&zones->received, (double)INFINITY,
+                                                                 doubt)
+                                ? WARNING_NOT_RECEIVED
+                                : WARNING_NOT_SENT;
 }
 
 /* Compares the landing with its advice. The landing is off plan if its braking or speed differs
  * from the plan. */
-static void set_deviation_from_plan(const struct measured_landing *measured, struct record_row *row)
+static void set_deviation_from_plan(const struct measured_landing *measured,
+                                    struct outcome_record_row *row)
 {
     const struct mr_gates_summary *fit = &measured->summary;
     if (!row->has_advice || measured->fit_status != MR_OK)
@@ -60,11 +62,11 @@ static void set_deviation_from_plan(const struct measured_landing *measured, str
     double speed_ft_s = fit->touchdown_speed_ft_s.value,
            stopping_distance_ft = fit->stop_station_ft.value - measured->landing.touchdown_ft,
            braking_ft_s2 = speed_ft_s * speed_ft_s / (2.0 * stopping_distance_ft);
-    bool off_speed = fabs(speed_ft_s / row->advice.speed_ft_s - 1.0) > RECORD_OFF_PLAN_SPEED_SHARE;
+    bool off_speed = fabs(speed_ft_s / row->advice.speed_ft_s - 1.0) > OUTCOME_OFF_PLAN_SPEED_SHARE;
     row->has_motion = true;
     row->is_off_plan = off_speed || (stopping_distance_ft > 0.0 &&
                                      fabs(braking_ft_s2 / row->advice.deceleration_ft_s2 - 1.0) >
-                                         RECORD_OFF_PLAN_BRAKING_SHARE);
+                                         OUTCOME_OFF_PLAN_BRAKING_SHARE);
     row->followed_advice_against = strcmp(row->advice.verdict, "against") == 0 && !off_speed &&
                                    stopping_distance_ft > 0.0 &&
                                    braking_ft_s2 <= row->advice.hardest_ft_s2;
@@ -72,38 +74,39 @@ static void set_deviation_from_plan(const struct measured_landing *measured, str
 
 /* ---- outcome ---- */
 
-static void set_verdict_after_warning(struct record_row *row)
+static void set_outcome_after_warning(struct outcome_record_row *row)
 {
     const struct outcome *outcome = &row->outcome;
     if (outcome->reached == OUTCOME_NOT_REACHED)
-        row->verdict = RECORD_FALSE_ALARM;
+        row->warning_outcome = WARNING_FALSE_ALARM;
     else {
-        row->verdict = outcome->reached_t_s < row->warned_t_s ? RECORD_LATE : RECORD_HIT;
+        row->warning_outcome = outcome->reached_t_s < row->warned_t_s ? WARNING_LATE : WARNING_HIT;
         row->lead_time_s = outcome->reached_t_s - row->warned_t_s;
         row->lead_time_low_s = outcome->reached_earliest_s - row->warned_t_s;
         row->lead_time_high_s = outcome->reached_latest_s - row->warned_t_s;
     }
 }
 
-static void set_verdict(struct record_row *row)
+static void set_warning_outcome(struct outcome_record_row *row)
 {
-    row->verdict = RECORD_NOT_KNOWN;
+    row->warning_outcome = WARNING_OUTCOME_UNKNOWN;
     if (row->is_void)
         row->unknown_reason = "the landing is void";
     else if (row->outcome.reached == OUTCOME_UNKNOWN)
         row->unknown_reason = row->outcome.unknown_reason;
-    else if (row->warned == RECORD_NO_BOARD)
+    else if (row->warning_status == WARNING_NO_BOARD)
         row->unknown_reason = "no board was recording";
-    else if (row->warned == RECORD_NOT_RECEIVED)
+    else if (row->warning_status == WARNING_NOT_RECEIVED)
         row->unknown_reason = "no warning was received, but one may have been sent";
-    else if (row->warned == RECORD_WARNED)
-        set_verdict_after_warning(row);
+    else if (row->warning_status == WARNING_SENT)
+        set_outcome_after_warning(row);
     else
-        row->verdict = row->outcome.reached == OUTCOME_REACHED ? RECORD_MISS : RECORD_TRUE_NEGATIVE;
+        row->warning_outcome = row->outcome.reached == OUTCOME_REACHED ? WARNING_MISS
+                                                                       : WARNING_TRUE_NEGATIVE;
 }
 
 /* The landings of the same board before and after a landing; NULL: none. */
-struct neighbours {
+struct adjacent_landings {
     const struct store_landing *previous_landing, *next_landing;
     /* the next landing began on the runway as it was saved before this landing */
     bool is_runway_restored;
@@ -118,7 +121,7 @@ struct neighbours {
 
 const char *outcome_basis_text(enum outcome_basis basis)
 {
-    static const char *const text[OUTCOME_BASES] = {
+    static const char *const text[OUTCOME_BASIS_COUNT] = {
         [OUTCOME_NO_BASIS] = "nothing",
         [OUTCOME_OBSERVATION] = "observation",
         [OUTCOME_TRANSDUCERS] = "survey before and transducers",
@@ -175,28 +178,28 @@ static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int
 
 /* ---- transducers ---- */
 
-void record_reach_init(struct record_reach *reach)
+void reached_zone_init(struct reached_zone *reach)
 {
-    *reach = (struct record_reach){.longest_start_ft = (double)NAN};
-    for (unsigned k = 0; k < RECORD_REACH_LIMITS; k++)
+    *reach = (struct reached_zone){.longest_start_ft = (double)NAN};
+    for (unsigned k = 0; k < REACHED_ZONE_LIMIT_COUNT; k++)
         reach->reached_t_s[k] = reach->since_s[k] = (double)NAN;
 }
 
-void record_reach_add(struct record_reach *reach, double t_s, double wheel_ft,
-                      const struct mr_closure_zone *zone)
+void reached_zone_update(struct reached_zone *reach, double t_s, double wheel_ft,
+                         const struct mr_closure_zone *zone)
 {
     static const struct {
         unsigned mats;
         /* distance of the wheel from the zone; 0: the wheel is inside the zone */
         double distance_ft;
-    } limit[RECORD_REACH_LIMITS] = {
-        [RECORD_REACH_EARLIEST] = {OUTCOME_MIN_ZONE_MATS - ZONES_ERROR_MATS,
-                                   RECORD_REACH_WITHIN_FT},
-        [RECORD_REACH_BEST] = {OUTCOME_MIN_ZONE_MATS, OUTCOME_REACHED_DISTANCE_FT},
-        [RECORD_REACH_LATEST] = {OUTCOME_MIN_ZONE_MATS, 0.0},
+    } limit[REACHED_ZONE_LIMIT_COUNT] = {
+        [REACHED_ZONE_EARLIEST] = {OUTCOME_MIN_ZONE_MATS - ZONES_ERROR_MATS,
+                                   REACHED_ZONE_DISTANCE_MAX_FT},
+        [REACHED_ZONE_BEST] = {OUTCOME_MIN_ZONE_MATS, OUTCOME_REACHED_DISTANCE_FT},
+        [REACHED_ZONE_LATEST] = {OUTCOME_MIN_ZONE_MATS, 0.0},
     };
     double distance_ft = fmax(0.0, (double)(zone->start_ft - (float)wheel_ft));
-    for (unsigned k = 0; k < RECORD_REACH_LIMITS; k++) {
+    for (unsigned k = 0; k < REACHED_ZONE_LIMIT_COUNT; k++) {
         if (zone->mats < limit[k].mats || distance_ft > limit[k].distance_ft)
             reach->since_s[k] = (double)NAN;
         else if (isnan(reach->since_s[k]))
@@ -210,11 +213,11 @@ void record_reach_add(struct record_reach *reach, double t_s, double wheel_ft,
     }
 }
 
-static struct record_reach find_reach(const struct measured_landing *measured,
-                                      const struct zones_slack *slack)
+static struct reached_zone find_reached_zone(const struct measured_landing *measured,
+                                             const struct zones_slack *slack)
 {
-    struct record_reach reach;
-    record_reach_init(&reach);
+    struct reached_zone reach;
+    reached_zone_init(&reach);
     for (size_t i = 0; i < measured->samples; i += ZONE_STEP_SAMPLES) {
         float left_in[MR_SEGMENTS];
         struct mr_closure_zone zone;
@@ -224,8 +227,9 @@ static struct record_reach find_reach(const struct measured_landing *measured,
             break;
         if (isnan(wheel_ft) || !(measured_speed_ft_s(measured, t_s, &error_ft_s) > MIN_SPEED_FT_S))
             continue;
-        zones_find_longest_zone_at(measured, slack, i, RECORD_REACH_WITHIN_FT, left_in, &zone);
-        record_reach_add(&reach, t_s, wheel_ft, &zone);
+        zones_find_longest_zone_at(measured, slack, i, REACHED_ZONE_DISTANCE_MAX_FT, left_in,
+                                   &zone);
+        reached_zone_update(&reach, t_s, wheel_ft, &zone);
     }
     return reach;
 }
@@ -250,8 +254,9 @@ static double compute_covered_share(const struct measured_landing *measured)
     return isnan(first_ft) || !(to_ft > from_ft) ? 0.0 : fmax(0.0, watched_ft) / (to_ft - from_ft);
 }
 
-static void judge_outcome_by_transducers(const struct measured_landing *measured,
-                                         const struct zones_slack *slack, struct outcome *outcome)
+static void determine_outcome_from_transducers(const struct measured_landing *measured,
+                                               const struct zones_slack *slack,
+                                               struct outcome *outcome)
 {
     struct zones_slack closed = *slack; /* count segments that were not surveyed as closed */
     if (measured->fit_status != MR_OK) {
@@ -268,12 +273,12 @@ static void judge_outcome_by_transducers(const struct measured_landing *measured
         outcome->unknown_reason = "fewer than two transducers gave readings";
         return;
     }
-    struct record_reach reach = find_reach(measured, slack);
+    struct reached_zone reach = find_reached_zone(measured, slack);
     outcome->longest_mats = (int64_t)reach.longest_mats;
     outcome->longest_start_ft = reach.longest_start_ft;
-    outcome->reached_t_s = reach.reached_t_s[RECORD_REACH_BEST];
-    outcome->reached_earliest_s = reach.reached_t_s[RECORD_REACH_EARLIEST];
-    outcome->reached_latest_s = reach.reached_t_s[RECORD_REACH_LATEST];
+    outcome->reached_t_s = reach.reached_t_s[REACHED_ZONE_BEST];
+    outcome->reached_earliest_s = reach.reached_t_s[REACHED_ZONE_EARLIEST];
+    outcome->reached_latest_s = reach.reached_t_s[REACHED_ZONE_LATEST];
     if (isfinite(outcome->reached_t_s)) {
         outcome->reached = OUTCOME_REACHED;
         outcome->basis = OUTCOME_TRANSDUCERS;
@@ -284,7 +289,7 @@ static void judge_outcome_by_transducers(const struct measured_landing *measured
     if (outcome->covered_share < MIN_COVERED_SHARE)
         outcome->unknown_reason = "the transducers cover less than half of the gear's path";
     else if (slack->surveyed_segment_count < MR_SEGMENTS &&
-             isfinite(find_reach(measured, &closed).reached_t_s[RECORD_REACH_BEST]))
+             isfinite(find_reached_zone(measured, &closed).reached_t_s[REACHED_ZONE_BEST]))
         outcome->unknown_reason =
             "the survey before the landing omits segments where a zone may have formed";
     else {
@@ -295,8 +300,9 @@ static void judge_outcome_by_transducers(const struct measured_landing *measured
 
 /* ---- survey afterwards and observations ---- */
 
-static void judge_outcome_by_survey_after(const struct measured_landing *measured,
-                                          const struct zones_slack *slack, struct outcome *outcome)
+static void determine_outcome_from_survey_after(const struct measured_landing *measured,
+                                                const struct zones_slack *slack,
+                                                struct outcome *outcome)
 {
     struct mr_closure_zone zone;
     double stop_ft = measured->summary.stop_station_ft.value;
@@ -317,13 +323,14 @@ static void judge_outcome_by_survey_after(const struct measured_landing *measure
     }
 }
 
-static enum mr_status judge_outcome_by_observations(struct store *store, int64_t run,
-                                                    struct outcome *outcome, struct error *error)
+static enum mr_status determine_outcome_from_observations(struct store *store, int64_t run,
+                                                          struct outcome *outcome,
+                                                          struct error *error)
 {
     struct store_observation *row = NULL;
     size_t count = 0;
     double observed_t_s = (double)NAN;
-    enum mr_status status = store_observations(store, run, &row, &count, error);
+    enum mr_status status = store_observations_get(store, run, &row, &count, error);
     for (size_t i = 0; i < count; i++) {
         bool wave = strcmp(row[i].kind, "wave") == 0 && strcmp(row[i].form, "two-panel") != 0;
         if (row[i].withdrawn || row[i].withdraws != STORE_NONE)
@@ -354,7 +361,7 @@ static const struct outcome unknown_outcome = {.longest_mats = STORE_NONE,
 
 /* `measured` must be loaded with samples (measured_load). */
 static enum mr_status outcome_load(struct store *store, const struct measured_landing *measured,
-                                   const struct neighbours *between, struct outcome *outcome,
+                                   const struct adjacent_landings *between, struct outcome *outcome,
                                    struct error *error)
 {
     struct zones_slack before, after = {.surveyed_segment_count = 0};
@@ -375,9 +382,9 @@ static enum mr_status outcome_load(struct store *store, const struct measured_la
             between->next_landing ? between->next_landing->armed_us : INT64_MAX, &after, error);
     if (status != MR_OK)
         return status;
-    judge_outcome_by_transducers(measured, &before, outcome);
-    judge_outcome_by_survey_after(measured, &after, outcome);
-    status = judge_outcome_by_observations(store, landing->id, outcome, error);
+    determine_outcome_from_transducers(measured, &before, outcome);
+    determine_outcome_from_survey_after(measured, &after, outcome);
+    status = determine_outcome_from_observations(store, landing->id, outcome, error);
     if (outcome->reached != OUTCOME_UNKNOWN)
         outcome->unknown_reason = NULL;
     return status;
@@ -387,7 +394,7 @@ static enum mr_status outcome_load(struct store *store, const struct measured_la
 
 /* Sets the newest advice between the previous landing of the campaign and this one. */
 static void set_newest_advice(const struct store_advice *advice, size_t count, int64_t before,
-                              struct record_row *row)
+                              struct outcome_record_row *row)
 {
     for (size_t i = 0; i < count; i++) {
         if (advice[i].after_run < before || advice[i].after_run >= row->run)
@@ -415,14 +422,14 @@ static uint64_t find_runway_history_id(struct store *store, const struct store_l
 }
 
 /* Finds the landing whose runway was restored for this landing, and the advice for that runway. */
-static void set_same_runway_run(const struct record *record, const uint64_t *history,
-                                struct record_row *row)
+static void set_first_run_on_runway(const struct outcome_record *record, const uint64_t *history,
+                                    struct outcome_record_row *row)
 {
     const size_t at = (size_t)(row - record->row);
-    for (size_t i = 0; i < at && row->same_runway_run == STORE_NONE && history[at]; i++) {
+    for (size_t i = 0; i < at && row->first_run_on_runway == STORE_NONE && history[at]; i++) {
         if (history[i] != history[at])
             continue;
-        row->same_runway_run = record->row[i].run;
+        row->first_run_on_runway = record->row[i].run;
         if (!row->has_advice) {
             row->has_advice = record->row[i].has_advice;
             row->advice = record->row[i].advice;
@@ -430,8 +437,8 @@ static void set_same_runway_run(const struct record *record, const uint64_t *his
     }
 }
 
-static const struct store_landing *find_neighbour(const struct store_landing *all, size_t count,
-                                                  size_t at, int step)
+static const struct store_landing *find_adjacent_landing(const struct store_landing *all,
+                                                         size_t count, size_t at, int step)
 {
     for (size_t i = at + (size_t)step; i < count; i += (size_t)step) {
         if (strcmp(all[i].board_uid, all[at].board_uid) == 0)
@@ -442,22 +449,22 @@ static const struct store_landing *find_neighbour(const struct store_landing *al
 
 /* Checks whether there is a survey before loading samples, which is slow and useful only with a
  * survey. */
-static enum mr_status check_any_survey(struct store *store, int64_t run, bool *has,
-                                       struct error *error)
+static enum mr_status find_any_survey(struct store *store, int64_t run, bool *has,
+                                      struct error *error)
 {
     struct zones_slack survey;
     struct store_gage_survey *rows = NULL;
     size_t count = 0;
     enum mr_status status = zones_load_survey(store, run, &survey, error)
-                              ?: store_gage_surveys(store, &rows, &count, error);
+                              ?: store_gage_surveys_get(store, &rows, &count, error);
     *has = status == MR_OK && (survey.surveyed_segment_count > 0 || count > 0);
     free(rows);
     return status;
 }
 
-static enum mr_status judge_landing(struct store *store, const struct neighbours *between,
-                                    const struct record_landing *loaded, struct record_row *row,
-                                    struct error *error)
+static enum mr_status evaluate_landing(struct store *store, const struct adjacent_landings *between,
+                                       const struct outcome_record_landing *loaded,
+                                       struct outcome_record_row *row, struct error *error)
 {
     set_warning(loaded->measured, loaded->zones, row);
     set_deviation_from_plan(loaded->measured, row);
@@ -466,19 +473,19 @@ static enum mr_status judge_landing(struct store *store, const struct neighbours
     if (status == MR_OK && !row->is_void)
         status = outcome_load(store, loaded->measured, between, &row->outcome, error);
     if (status == MR_OK)
-        set_verdict(row);
-    row->is_judged = status == MR_OK;
+        set_warning_outcome(row);
+    row->is_evaluated = status == MR_OK;
     return status;
 }
 
-static enum mr_status load_landing(struct store *store, const struct neighbours *between,
-                                   struct record_row *row, struct error *error)
+static enum mr_status load_landing(struct store *store, const struct adjacent_landings *between,
+                                   struct outcome_record_row *row, struct error *error)
 {
     /* static instead of on the stack, because it takes about ten kilobytes */
     static struct measured_landing measured;
     struct zones zones = {0};
     bool surveyed = false;
-    enum mr_status status = check_any_survey(store, row->run, &surveyed, error);
+    enum mr_status status = find_any_survey(store, row->run, &surveyed, error);
     memset(&measured, 0, sizeof measured);
     if (status == MR_OK)
         status = surveyed && !row->is_void ? measured_load(store, row->run, &measured, error)
@@ -486,9 +493,9 @@ static enum mr_status load_landing(struct store *store, const struct neighbours 
     if (status == MR_OK)
         status = zones_load(store, &measured, &zones, error);
     if (status == MR_OK)
-        status = judge_landing(store, between,
-                               &(struct record_landing){.measured = &measured, .zones = &zones},
-                               row, error);
+        status = evaluate_landing(
+            store, between,
+            &(struct outcome_record_landing){.measured = &measured, .zones = &zones}, row, error);
     zones_free(&zones);
     measured_free(&measured);
     return status;
@@ -496,25 +503,25 @@ static enum mr_status load_landing(struct store *store, const struct neighbours 
 
 /* ---- totals ---- */
 
-static void add_row_to_totals(struct record *record, const struct record_row *row)
+static void add_row_to_totals(struct outcome_record *record, const struct outcome_record_row *row)
 {
     record->void_count += row->is_void;
     if (row->is_void)
         return;
     record->landing_count++;
-    record->verdict_count[row->verdict]++;
+    record->warning_outcome_count[row->warning_outcome]++;
     if (row->has_advice && (row->is_off_plan || row->followed_advice_against))
         record->off_plan_count++;
     else if (row->has_advice)
-        record->advice_count[strcmp(row->advice.verdict, "against") == 0 ? RECORD_AGAINST
+        record->advice_count[strcmp(row->advice.verdict, "against") == 0 ? ADVICE_AGAINST
                              : strcmp(row->advice.verdict, "caution") == 0
-                                 ? RECORD_CAUTION
-                                 : RECORD_CLEAR][row->outcome.reached]++;
+                                 ? ADVICE_CAUTION
+                                 : ADVICE_CLEAR][row->outcome.reached]++;
 }
 
 /* ---- the campaign ---- */
 
-struct record_row *record_find_row(struct record *record, int64_t run)
+struct outcome_record_row *outcome_record_find_row(struct outcome_record *record, int64_t run)
 {
     size_t low = 0, high = record->row_count;
     while (low < high) {
@@ -527,32 +534,35 @@ struct record_row *record_find_row(struct record *record, int64_t run)
     return low < record->row_count && record->row[low].run == run ? &record->row[low] : NULL;
 }
 
-static struct neighbours find_neighbours(const struct record *record, const struct record_row *row)
+static struct adjacent_landings find_adjacent_landings(const struct outcome_record *record,
+                                                       const struct outcome_record_row *row)
 {
     size_t at = (size_t)(row - record->row);
-    const struct store_landing *after = find_neighbour(record->landing, record->row_count, at, 1);
-    return (struct neighbours){find_neighbour(record->landing, record->row_count, at, -1), after,
-                               after && record->row[after - record->landing].same_runway_run !=
-                                            STORE_NONE};
+    const struct store_landing *after = find_adjacent_landing(record->landing, record->row_count,
+                                                              at, 1);
+    return (struct adjacent_landings){
+        find_adjacent_landing(record->landing, record->row_count, at, -1), after,
+        after && record->row[after - record->landing].first_run_on_runway != STORE_NONE};
 }
 
-enum mr_status record_begin(struct store *store, struct record *record, struct error *error)
+enum mr_status outcome_record_begin(struct store *store, struct outcome_record *record,
+                                    struct error *error)
 {
     struct store_advice *advice = NULL;
     size_t count = 0, advices = 0;
-    *record = (struct record){0};
-    enum mr_status status = store_landings(store, &record->landing, &count, error)
-                              ?: store_advices(store, &advice, &advices, error);
+    *record = (struct outcome_record){0};
+    enum mr_status status = store_landings_get(store, &record->landing, &count, error)
+                              ?: store_advices_get(store, &advice, &advices, error);
     uint64_t *history = xcalloc(count + 1, sizeof *history);
     if (status == MR_OK)
         record->row = xcalloc(count, sizeof *record->row);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
-        struct record_row *row = &record->row[record->row_count++];
+        struct outcome_record_row *row = &record->row[record->row_count++];
         row->run = record->landing[i].id;
-        row->same_runway_run = STORE_NONE;
+        row->first_run_on_runway = STORE_NONE;
         history[i] = find_runway_history_id(store, &record->landing[i]);
         set_newest_advice(advice, advices, i ? record->landing[i - 1].id : 0, row);
-        set_same_runway_run(record, history, row);
+        set_first_run_on_runway(record, history, row);
         status = store_is_void(store, row->run, &row->is_void, NULL, error);
     }
     free(advice);
@@ -560,36 +570,40 @@ enum mr_status record_begin(struct store *store, struct record *record, struct e
     return status;
 }
 
-enum mr_status record_judge(struct store *store, struct record *record,
-                            const struct record_landing *loaded, struct error *error)
+enum mr_status outcome_record_evaluate(struct store *store, struct outcome_record *record,
+                                       const struct outcome_record_landing *loaded,
+                                       struct error *error)
 {
-    struct record_row *row = record_find_row(record, loaded->measured->landing.id);
+    struct outcome_record_row *row = outcome_record_find_row(record, loaded->measured->landing.id);
     if (!row)
         return MR_OK;
-    const struct neighbours between = find_neighbours(record, row);
-    return judge_landing(store, &between, loaded, row, error);
+    const struct adjacent_landings between = find_adjacent_landings(record, row);
+    return evaluate_landing(store, &between, loaded, row, error);
 }
 
-enum mr_status record_judge_one(struct store *store, const struct record_landing *loaded,
-                                struct record_row *row, struct error *error)
+enum mr_status outcome_record_evaluate_one(struct store *store,
+                                           const struct outcome_record_landing *loaded,
+                                           struct outcome_record_row *row, struct error *error)
 {
-    struct record record;
-    enum mr_status status = record_begin(store, &record, error)
-                              ?: record_judge(store, &record, loaded, error);
-    const struct record_row *found = record_find_row(&record, loaded->measured->landing.id);
+    struct outcome_record record;
+    enum mr_status status = outcome_record_begin(store, &record, error)
+                              ?: outcome_record_evaluate(store, &record, loaded, error);
+    const struct outcome_record_row *found = outcome_record_find_row(&record,
+                                                                     loaded->measured->landing.id);
     if (status == MR_OK && found)
         *row = *found;
-    record_free(&record);
+    outcome_record_free(&record);
     return status;
 }
 
-enum mr_status record_end(struct store *store, struct record *record, struct error *error)
+enum mr_status outcome_record_end(struct store *store, struct outcome_record *record,
+                                  struct error *error)
 {
     enum mr_status status = MR_OK;
     for (size_t i = 0; status == MR_OK && i < record->row_count; i++) {
-        struct record_row *row = &record->row[i];
-        const struct neighbours between = find_neighbours(record, row);
-        if (!row->is_judged)
+        struct outcome_record_row *row = &record->row[i];
+        const struct adjacent_landings between = find_adjacent_landings(record, row);
+        if (!row->is_evaluated)
             status = load_landing(store, &between, row, error);
     }
     for (size_t i = 0; status == MR_OK && i < record->row_count; i++)
@@ -597,12 +611,13 @@ enum mr_status record_end(struct store *store, struct record *record, struct err
     return status;
 }
 
-enum mr_status record_load(struct store *store, struct record *record, struct error *error)
+enum mr_status outcome_record_load(struct store *store, struct outcome_record *record,
+                                   struct error *error)
 {
-    return record_begin(store, record, error) ?: record_end(store, record, error);
+    return outcome_record_begin(store, record, error) ?: outcome_record_end(store, record, error);
 }
 
-void record_free(struct record *record)
+void outcome_record_free(struct outcome_record *record)
 {
     free(record->row);
     free(record->landing);
@@ -610,17 +625,17 @@ void record_free(struct record *record)
     record->landing = NULL;
 }
 
-const char *record_verdict_text(enum record_verdict verdict)
+const char *warning_outcome_text(enum warning_outcome verdict)
 {
-    static const char *const text[RECORD_VERDICTS] = {
-        [RECORD_NOT_KNOWN] = "not known",       [RECORD_HIT] = "hit",
-        [RECORD_LATE] = "warned, but too late", [RECORD_MISS] = "missed",
-        [RECORD_FALSE_ALARM] = "false",         [RECORD_TRUE_NEGATIVE] = "correctly quiet",
+    static const char *const text[WARNING_OUTCOME_COUNT] = {
+        [WARNING_OUTCOME_UNKNOWN] = "not known", [WARNING_HIT] = "hit",
+        [WARNING_LATE] = "warned, but too late", [WARNING_MISS] = "missed",
+        [WARNING_FALSE_ALARM] = "false",         [WARNING_TRUE_NEGATIVE] = "correctly quiet",
     };
     return text[verdict];
 }
 
-bool record_is_marginal(const struct record_row *row)
+bool outcome_record_is_marginal(const struct outcome_record_row *row)
 {
     return row->outcome.basis == OUTCOME_TRANSDUCERS &&
            llabs(row->outcome.longest_mats - OUTCOME_MIN_ZONE_MATS) <= ZONES_ERROR_MATS;
@@ -632,14 +647,15 @@ static double round_to_tenth(double value)
     return round(10.0 * value) / 10.0 + 0.0;
 }
 
-const char *record_format_outcome(const struct record_row *row, char out[RECORD_TEXT_SIZE])
+const char *outcome_record_format_outcome(const struct outcome_record_row *row,
+                                          char out[OUTCOME_TEXT_SIZE])
 {
-    int used = snprintf(out, RECORD_TEXT_SIZE, "%s", record_verdict_text(row->verdict));
+    int used = snprintf(out, OUTCOME_TEXT_SIZE, "%s", warning_outcome_text(row->warning_outcome));
     if (isnan(row->lead_time_s))
         return out;
-    used += snprintf(out + used, RECORD_TEXT_SIZE - (size_t)used, ", lead time about %.1f s",
+    used += snprintf(out + used, OUTCOME_TEXT_SIZE - (size_t)used, ", lead time about %.1f s",
                      round_to_tenth(row->lead_time_s));
-    const size_t size = RECORD_TEXT_SIZE - (size_t)used;
+    const size_t size = OUTCOME_TEXT_SIZE - (size_t)used;
     if (isfinite(row->lead_time_high_s))
         snprintf(out + used, size, " (75 %% interval: %.1f to %.1f s)",
                  round_to_tenth(row->lead_time_low_s), round_to_tenth(row->lead_time_high_s));
@@ -671,51 +687,53 @@ static void append_reached_zone(const struct outcome *outcome, char *out, size_t
         snprintf(out, size, "the wheel reached no closed zone");
 }
 
-const char *record_format_evidence(const struct record_row *row, char out[RECORD_TEXT_SIZE])
+const char *outcome_record_format_evidence(const struct outcome_record_row *row,
+                                           char out[OUTCOME_TEXT_SIZE])
 {
     static const char *const warned[] = {
-        [RECORD_NO_BOARD] = "no board recorded this landing",
-        [RECORD_NO_WARNING] = "the board did not warn",
-        [RECORD_NOT_RECEIVED] = "the log received no warning, but may have missed one"};
+        [WARNING_NO_BOARD] = "no board recorded this landing",
+        [WARNING_NOT_SENT] = "the board did not warn",
+        [WARNING_NOT_RECEIVED] = "the log received no warning, but may have missed one"};
     const struct outcome *outcome = &row->outcome;
     size_t used;
-    if (row->warned == RECORD_WARNED)
-        snprintf(out, RECORD_TEXT_SIZE, "the board warned %.3f s %s %s; ", fabs(row->warned_t_s),
+    if (row->warning_status == WARNING_SENT)
+        snprintf(out, OUTCOME_TEXT_SIZE, "the board warned %.3f s %s %s; ", fabs(row->warned_t_s),
                  row->warned_t_s < 0.0 ? "before" : "after", row->time_origin);
     else
-        snprintf(out, RECORD_TEXT_SIZE, "%s; ", warned[row->warned]);
+        snprintf(out, OUTCOME_TEXT_SIZE, "%s; ", warned[row->warning_status]);
     used = strlen(out);
-    append_reached_zone(outcome, out + used, RECORD_TEXT_SIZE - used);
+    append_reached_zone(outcome, out + used, OUTCOME_TEXT_SIZE - used);
     used = strlen(out);
-    if (record_is_marginal(row) && outcome->reached == OUTCOME_REACHED)
-        snprintf(out + used, RECORD_TEXT_SIZE - used,
+    if (outcome_record_is_marginal(row) && outcome->reached == OUTCOME_REACHED)
+        snprintf(out + used, OUTCOME_TEXT_SIZE - used,
                  "; the longest closed zone had %lld +- %d mats", (long long)outcome->longest_mats,
                  ZONES_ERROR_MATS);
     used = strlen(out);
-    if (record_is_marginal(row))
-        snprintf(out + used, RECORD_TEXT_SIZE - used,
+    if (outcome_record_is_marginal(row))
+        snprintf(out + used, OUTCOME_TEXT_SIZE - used,
                  ", within its standard error of the limit of %d", OUTCOME_MIN_ZONE_MATS);
     used = strlen(out);
-    if (row->verdict == RECORD_NOT_KNOWN && row->unknown_reason)
-        snprintf(out + used, RECORD_TEXT_SIZE - used, " (%s)", row->unknown_reason);
+    if (row->warning_outcome == WARNING_OUTCOME_UNKNOWN && row->unknown_reason)
+        snprintf(out + used, OUTCOME_TEXT_SIZE - used, " (%s)", row->unknown_reason);
     return out;
 }
 
-const char *record_format_line(const struct record_row *row, char out[RECORD_LINE_SIZE])
+const char *outcome_record_format_line(const struct outcome_record_row *row,
+                                       char out[OUTCOME_LINE_SIZE])
 {
-    char outcome[RECORD_TEXT_SIZE], evidence[RECORD_TEXT_SIZE];
-    snprintf(out, RECORD_LINE_SIZE, "%s: %s", record_format_outcome(row, outcome),
-             record_format_evidence(row, evidence));
+    char outcome[OUTCOME_TEXT_SIZE], evidence[OUTCOME_TEXT_SIZE];
+    snprintf(out, OUTCOME_LINE_SIZE, "%s: %s", outcome_record_format_outcome(row, outcome),
+             outcome_record_format_evidence(row, evidence));
     return out;
 }
 
-void record_add_outcome(const struct record_row *row, struct answer *answer)
+void outcome_record_add_outcome(const struct outcome_record_row *row, struct answer *answer)
 {
     const struct outcome *outcome = &row->outcome;
-    char line[RECORD_LINE_SIZE];
-    answer_add_text(answer, NULL, "outcome", "%s", record_format_line(row, line));
+    char line[OUTCOME_LINE_SIZE];
+    answer_add_text(answer, NULL, "outcome", "%s", outcome_record_format_line(row, line));
     answer_open_group(answer, "outcome", NULL);
-    answer_add_text(answer, "result", NULL, "%s", record_verdict_text(row->verdict));
+    answer_add_text(answer, "result", NULL, "%s", warning_outcome_text(row->warning_outcome));
     answer_add_value(answer, "lead", NULL, UNIT_TIME, row->lead_time_s, 3);
     answer_add_value(answer, "lead_low", NULL, UNIT_TIME, row->lead_time_low_s, 3);
     answer_add_value(answer, "lead_high", NULL, UNIT_TIME, row->lead_time_high_s, 3);
@@ -725,14 +743,15 @@ void record_add_outcome(const struct record_row *row, struct answer *answer)
         answer_add_flag(answer, "zone_reached", NULL, outcome->reached == OUTCOME_REACHED);
     answer_add_value(answer, "zone_reached_t", NULL, UNIT_TIME, outcome->reached_t_s, 3);
     answer_add_count(answer, "zone_mats", NULL, outcome->longest_mats);
-    answer_add_text(answer, "evidence", NULL, "%s", record_format_evidence(row, line));
+    answer_add_text(answer, "evidence", NULL, "%s", outcome_record_format_evidence(row, line));
     answer_close_group(answer);
 }
 
-const char *record_advice_text(const struct record_row *row, char out[RECORD_ADVICE_SIZE])
+const char *outcome_record_format_advice(const struct outcome_record_row *row,
+                                         char out[OUTCOME_ADVICE_SIZE])
 {
     bool against = row->has_advice && strcmp(row->advice.verdict, "against") == 0;
-    snprintf(out, RECORD_ADVICE_SIZE, "%s%s", row->has_advice ? row->advice.verdict : "none",
+    snprintf(out, OUTCOME_ADVICE_SIZE, "%s%s", row->has_advice ? row->advice.verdict : "none",
              row->followed_advice_against          ? ", followed"
              : row->has_advice && row->is_off_plan ? ", plan not followed"
              : against && row->has_motion          ? ", not followed"
@@ -740,24 +759,24 @@ const char *record_advice_text(const struct record_row *row, char out[RECORD_ADV
     return out;
 }
 
-static void add_warnings(const struct record *record, struct answer *answer)
+static void add_warnings(const struct outcome_record *record, struct answer *answer)
 {
-    static const char *const names[RECORD_VERDICTS] = {"unknown", "hits",  "late",
-                                                       "misses",  "false", "silences"};
+    static const char *const names[WARNING_OUTCOME_COUNT] = {"unknown", "hits",  "late",
+                                                             "misses",  "false", "silences"};
     answer_open_group(answer, "warnings", "warnings");
-    for (size_t i = 1; i <= RECORD_VERDICTS; i++) {
-        enum record_verdict verdict = (enum record_verdict)(i % RECORD_VERDICTS);
-        answer_add_count(answer, names[verdict], record_verdict_text(verdict),
-                         (int64_t)record->verdict_count[verdict]);
+    for (size_t i = 1; i <= WARNING_OUTCOME_COUNT; i++) {
+        enum warning_outcome verdict = (enum warning_outcome)(i % WARNING_OUTCOME_COUNT);
+        answer_add_count(answer, names[verdict], warning_outcome_text(verdict),
+                         (int64_t)record->warning_outcome_count[verdict]);
     }
     answer_close_group(answer);
 }
 
-static void add_advice(const struct record *record, struct answer *answer)
+static void add_advice(const struct outcome_record *record, struct answer *answer)
 {
-    static const char *const names[RECORD_ADVICES] = {"clear", "caution", "against"};
+    static const char *const names[ADVICE_LEVEL_COUNT] = {"clear", "caution", "against"};
     answer_open_table(answer, "advice", "advice before landings");
-    for (size_t i = 0; i < RECORD_ADVICES; i++) {
+    for (size_t i = 0; i < ADVICE_LEVEL_COUNT; i++) {
         answer_open_row(answer);
         answer_add_text(answer, "advice", "advice", "%s", names[i]);
         answer_add_count(answer, "came", "zone reached",
@@ -771,27 +790,28 @@ static void add_advice(const struct record *record, struct answer *answer)
     answer_add_count(answer, "off_plan", "not landed as planned", (int64_t)record->off_plan_count);
 }
 
-static void add_summary_line(const struct record *record, struct answer *answer)
+static void add_summary_line(const struct outcome_record *record, struct answer *answer)
 {
-    const size_t *verdict = record->verdict_count;
-    const size_t reached = verdict[RECORD_HIT] + verdict[RECORD_LATE] + verdict[RECORD_MISS];
+    const size_t *verdict = record->warning_outcome_count;
+    const size_t reached = verdict[WARNING_HIT] + verdict[WARNING_LATE] + verdict[WARNING_MISS];
     answer_add_sentence(
         answer, NULL,
         "The wheel reached a zone in %zu landing%s: the board warned in time in %zu, too late in "
         "%zu and not at all in %zu. The other landings: %zu with a false warning, %zu correctly "
         "quiet, %zu unknown (matrig report lists all).",
-        reached, reached == 1 ? "" : "s", verdict[RECORD_HIT], verdict[RECORD_LATE],
-        verdict[RECORD_MISS], verdict[RECORD_FALSE_ALARM], verdict[RECORD_TRUE_NEGATIVE],
-        verdict[RECORD_NOT_KNOWN]);
+        reached, reached == 1 ? "" : "s", verdict[WARNING_HIT], verdict[WARNING_LATE],
+        verdict[WARNING_MISS], verdict[WARNING_FALSE_ALARM], verdict[WARNING_TRUE_NEGATIVE],
+        verdict[WARNING_OUTCOME_UNKNOWN]);
     for (size_t i = 0; i < record->row_count; i++) {
-        char evidence[RECORD_TEXT_SIZE];
-        if (!record->row[i].is_void && record_is_marginal(&record->row[i]))
+        char evidence[OUTCOME_TEXT_SIZE];
+        if (!record->row[i].is_void && outcome_record_is_marginal(&record->row[i]))
             answer_add_sentence(answer, NULL, "RUN %lld: %s.", (long long)record->row[i].run,
-                                record_format_evidence(&record->row[i], evidence));
+                                outcome_record_format_evidence(&record->row[i], evidence));
     }
 }
 
-void record_to_answer(const struct record *record, bool brief, struct answer *answer)
+void outcome_record_to_answer(const struct outcome_record *record, bool brief,
+                              struct answer *answer)
 {
     answer_open_group(answer, "record", brief ? NULL : "");
     answer_add_count(answer, "counted", brief ? NULL : "landings", (int64_t)record->landing_count);
