@@ -465,20 +465,20 @@ void mr_bands_get_summary(const struct mr_bands *bands, unsigned number,
 }
 
 unsigned mr_bands_find_extremes(const struct mr_channel_config *gages,
-                                const float tension_lb[MR_GAGES], unsigned band, float *least_lb,
-                                float *mean_lb, float *most_lb)
+                                const float tension_lb[MR_GAGES], unsigned band, float *min_lb,
+                                float *mean_lb, float *max_lb)
 {
     unsigned count = 0;
     float sum_lb = 0.0f;
-    *least_lb = *most_lb = MR_NAN;
+    *min_lb = *max_lb = MR_NAN;
     for (unsigned g = 0; g < MR_GAGES; g++) {
         float lb = tension_lb[g];
         if (gages[g].kind != MR_KIND_TENSION || gages[g].band != band + 1 || __builtin_isnan(lb))
             continue;
         count++;
         sum_lb += lb;
-        *least_lb = lb >= *least_lb ? *least_lb : lb;
-        *most_lb = lb <= *most_lb ? *most_lb : lb;
+        *min_lb = lb >= *min_lb ? *min_lb : lb;
+        *max_lb = lb <= *max_lb ? *max_lb : lb;
     }
     *mean_lb = count ? sum_lb / (float)count : MR_NAN;
     return count;

@@ -151,8 +151,8 @@ void mr_bands_get_summary(const struct mr_bands *bands, unsigned band,
 /* Finds minimum, mean and maximum of a band's valid gages in this step; NaN if no gage is valid.
  * Returns the number of valid gages. */
 unsigned mr_bands_find_extremes(const struct mr_channel_config *gages,
-                                const float tension_lb[MR_GAGES], unsigned band, float *least_lb,
-                                float *mean_lb, float *most_lb);
+                                const float tension_lb[MR_GAGES], unsigned band, float *min_lb,
+                                float *mean_lb, float *max_lb);
 
 /* Standard error of a tension from the calibration, without noise. */
 float mr_bands_tension_error_lb(const struct mr_channel_config *gage, float tension_lb);

@@ -135,7 +135,7 @@ unsigned mr_message_index(uint16_t id)
 
 /* Uses a list of identifiers of its own. With the table above, the texts would be linked into the
  * image of the board. */
-uint16_t mr_message_id_at(unsigned place)
+uint16_t mr_message_id_at(unsigned index)
 {
     static const uint16_t ids[] = {
 #define MESSAGE(name, NAME, id, direction, text) id,
@@ -143,14 +143,14 @@ uint16_t mr_message_id_at(unsigned place)
         MR_ID_BLOCK,
         MR_ID_BOX_PART,
     };
-    return place < MR_MESSAGE_COUNT ? ids[place] : 0;
+    return index < MR_MESSAGE_COUNT ? ids[index] : 0;
 }
 
-const char *mr_message_name(unsigned place)
+const char *mr_message_name(unsigned index)
 {
-    if (place < sizeof messages / sizeof messages[0])
-        return messages[place].name;
-    return place == MR_INDEX_BLOCK ? "block" : "box_part";
+    if (index < sizeof messages / sizeof messages[0])
+        return messages[index].name;
+    return index == MR_INDEX_BLOCK ? "block" : "box_part";
 }
 
 static void append(char **out, const char *end, const char *text)

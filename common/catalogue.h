@@ -129,9 +129,9 @@ const struct mr_message_info *mr_message_find(uint16_t id);
 /* These functions convert between identifier and index. mr_message_index returns MR_MESSAGE_COUNT
  * if the catalogue has no such message. */
 unsigned mr_message_index(uint16_t id);
-uint16_t mr_message_id_at(unsigned place);
+uint16_t mr_message_id_at(unsigned index);
 /* Returns the name of the message with this index. Static storage. */
-const char *mr_message_name(unsigned place);
+const char *mr_message_name(unsigned index);
 /* Writes the text of a field with its list of values, truncated to `size`. */
 void mr_field_text(const struct mr_field_info *field, char *out, size_t size);
 /* Returns the value of a field in its unit; NaN if it is missing. `payload` has the message's

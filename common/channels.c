@@ -24,7 +24,7 @@ static uint8_t find_saturated_ends(const struct mr_block *block, unsigned channe
     if (block->low_count[channel] == MR_SCANS_PER_BLOCK)
         return MR_INVALID_OPEN;
     if (block->high_count[channel] == MR_SCANS_PER_BLOCK)
-        return MR_INVALID_SHORT;
+        return MR_INVALID_SHORTED;
     return block->low_count[channel] || block->high_count[channel] ? MR_INVALID_SATURATED
                                                                    : MR_VALID;
 }
@@ -34,25 +34,25 @@ static uint8_t find_saturated_ends(const struct mr_block *block, unsigned channe
 static uint8_t check_wiring(const struct mr_channel_config *config, float common_mode, float code)
 {
     if (common_mode < MR_COMMON_MODE_MIN_CODE || common_mode > MR_COMMON_MODE_MAX_CODE)
-        return __builtin_fabsf(code) < MR_SIGNAL_MIN_CODES ? MR_INVALID_OPEN : MR_INVALID_SHORT;
+        return __builtin_fabsf(code) < MR_SIGNAL_MIN_CODES ? MR_INVALID_OPEN : MR_INVALID_SHORTED;
     if (__builtin_fabsf(code) < MR_EXCITED_MIN_CODES &&
         __builtin_fabsf(config->zero_code) >= MR_ZERO_OFFSET_MIN_CODES)
         return MR_INVALID_EXCITATION;
     return MR_VALID;
 }
 
-float mr_channel_linearise(const struct mr_channel_config *config, float straight)
+float mr_channel_linearise(const struct mr_channel_config *config, float linear_value)
 {
     unsigned last = config->points < MR_CONFIG_POINTS ? config->points : MR_CONFIG_POINTS;
     if (last < 2)
-        return straight;
+        return linear_value;
     unsigned to = 1;
-    while (to < last - 1 && straight > config->point_reading[to])
+    while (to < last - 1 && linear_value > config->point_reading[to])
         to++;
     float from_reading = config->point_reading[to - 1], from_value = config->point_value[to - 1];
     float slope = (config->point_value[to] - from_value) /
                   (config->point_reading[to] - from_reading);
-    return from_value + slope * (straight - from_reading);
+    return from_value + slope * (linear_value - from_reading);
 }
 
 struct mr_reading mr_channel_read(const struct mr_channel_config *config,

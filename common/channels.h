@@ -1,11 +1,11 @@
 /* Channels: conversion of block records to inches and pounds, each reading with its validity.
  *
- *     straight     = (code * ratio - zero_code) * unit_per_code
+ *     linear value = (code * ratio - zero_code) * unit_per_code
  *     code         = (forward - reversed) / 8      transducer; forward, reversed: sums of 4 codes
  *     code         = sum / 8                       gage; sum: of 8 codes
  *     ratio        = MR_REFERENCE_CODE / (reference sum / 8)     while the reference is in range
- *     value        = straight, corrected by the table of points: linear between points, the first
- *                    and last segments extended
+ *     value        = linear value, corrected by the table of points: linear between points, the
+ *                    first and last segments extended
  *
  * The transducers are excited with alternating polarity, so half the difference of the two
  * polarities is the synchronous demodulation: offsets of amplifier and converter cancel. The
@@ -87,9 +87,9 @@ float mr_reference_ratio(const struct mr_channel_config *reference, const struct
 struct mr_reading mr_channel_read(const struct mr_channel_config *config,
                                   const struct mr_block *block, unsigned channel, float ratio);
 
-/* Corrects the value `straight` (see above), in inches or pounds, with the table of points. With
- * fewer than two points, returns it unchanged. */
-float mr_channel_linearise(const struct mr_channel_config *config, float straight);
+/* Corrects the linear value (see above), in inches or pounds, with the table of points. With fewer
+ * than two points, returns it unchanged. */
+float mr_channel_linearise(const struct mr_channel_config *config, float linear_value);
 
 /* True if the channel measures inches or pounds. */
 static inline _Bool mr_channel_is_sensor(const struct mr_channel_config *channel)

@@ -50,11 +50,11 @@ static const char *parse_scaled(const char *p, int32_t counts_per_unit, int32_t 
     return counts_per_unit > 1 || counts == (double)*value ? end : NULL;
 }
 
-enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_command *command)
+enum mr_status mr_command_parse(const char *text, uint16_t tag, struct mr_command *command)
 {
-    words = skip_blanks(words);
+    text = skip_blanks(text);
     for (size_t i = 0; i < COMMAND_ROW_COUNT; i++) {
-        const char *p = match_word(words, command_rows[i].name);
+        const char *p = match_word(text, command_rows[i].name);
         int32_t index = 0;
         int32_t argument = 0;
         if (!p)

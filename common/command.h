@@ -39,7 +39,7 @@ enum mr_command_states {
 /* Parses one typed command: `arm 5`, `survey 12 0.305` (segment, inches), `mark 1`, `state`. A
  * missing argument is 0. `tag` is copied into the message. MR_UNKNOWN: no such command; MR_USAGE:
  * an argument is missing, superfluous, not a number or out of range. */
-enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_command *command);
+enum mr_status mr_command_parse(const char *text, uint16_t tag, struct mr_command *command);
 
 /* True for statuses that refuse a command because of its sender or link, whatever the command is. A
  * replay, which would be allowed to send such a command, sends MR_COMMAND_INVALID in its place, so

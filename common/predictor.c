@@ -205,7 +205,7 @@ void mr_predictor_mark_surveyed(struct mr_predictor *p, const float *sum_in)
 
 /* Computes the result from transducers and survey alone, without the model. */
 void mr_predictor_find_kinematic_zone(const struct mr_predictor *p, struct mr_closure_zone *zone,
-                                      float *left_in)
+                                      float *remaining_in)
 {
     float slack_in[MR_SEGMENTS], moved_in[MR_TRANSDUCERS];
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -219,17 +219,17 @@ void mr_predictor_find_kinematic_zone(const struct mr_predictor *p, struct mr_cl
                                            .displacement_in = moved_in,
                                            .slack_in = slack_in,
                                            .wheel_ft = p->wheel_ft};
-    mr_closure_find_zone(&input, zone, left_in);
+    mr_closure_find_zone(&input, zone, remaining_in);
 }
 
 /* Sets the gaps from the transducers alone. */
 static void set_gaps_from_readings(struct mr_predictor *p)
 {
     struct mr_closure_zone zone;
-    float left_in[MR_SEGMENTS];
-    mr_predictor_find_kinematic_zone(p, &zone, left_in);
+    float remaining_in[MR_SEGMENTS];
+    mr_predictor_find_kinematic_zone(p, &zone, remaining_in);
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-        float off_ft = left_in[s] / IN_PER_FT - sum_gaps_ft(p, s);
+        float off_ft = remaining_in[s] / IN_PER_FT - sum_gaps_ft(p, s);
         if (off_ft < 0.0f)
             set_gap_sum(p->gap_ft, s * MR_MATS_PER_SEGMENT, count_segment_joints(p, s), off_ft,
                         p->config.chain.slack_ft);
@@ -452,7 +452,7 @@ static void change_level(struct mr_predictor *p, enum mr_predictor_level level)
  * restarts, continues without the model. */
 static void restart_diverged_chain(struct mr_predictor *p)
 {
-    p->has_fallen_back = true;
+    p->has_restarted = true;
     p->failures++;
     set_gaps_from_readings(p);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -543,7 +543,7 @@ static void reset_budget(struct mr_predictor *p)
 void mr_predictor_arm(struct mr_predictor *p)
 {
     p->is_armed = true;
-    p->is_braking_known = p->is_degraded = p->has_fallen_back = false;
+    p->is_braking_known = p->is_degraded = p->has_restarted = false;
     p->moved_mask = 0;
     p->level = p->config.level;
     p->block = p->corrected_block = p->updates = p->examined_joints = p->block_updates_max = 0;
@@ -860,8 +860,8 @@ static void fill_zone(const struct mr_predictor *p, struct mr_predictor_zone *zo
 static void fill_kinematic_zone(const struct mr_predictor *p, struct mr_predictor_zone *zone)
 {
     struct mr_closure_zone found;
-    float left_in[MR_SEGMENTS];
-    mr_predictor_find_kinematic_zone(p, &found, left_in);
+    float remaining_in[MR_SEGMENTS];
+    mr_predictor_find_kinematic_zone(p, &found, remaining_in);
     zone->mats = zone->future_mats = found.mats;
     zone->start_ft = found.start_ft;
     zone->end_ft = found.end_ft;
@@ -892,13 +892,13 @@ static void set_zone_basis(const struct mr_predictor *p, struct mr_predictor_zon
         segments++;
         surveyed += __builtin_isnan(p->surveyed_sum_in[s]) ? 0u : 1u;
     }
-    zone->basis |= !any ? MR_PREDICTOR_BLIND : 0u;
+    zone->basis |= !any ? MR_PREDICTOR_NO_TRANSDUCER : 0u;
     zone->basis |= any && zone->mats && zone->start_ft >= low_ft && zone->end_ft <= high_ft
                      ? MR_PREDICTOR_BRACKETED
                      : 0u;
     zone->basis |= segments && 2u * surveyed > segments ? MR_PREDICTOR_SURVEY : 0u;
     zone->basis |= p->is_degraded ? MR_PREDICTOR_DEGRADED : 0u;
-    zone->basis |= p->has_fallen_back ? MR_PREDICTOR_FELL_BACK : 0u;
+    zone->basis |= p->has_restarted ? MR_PREDICTOR_RESTARTED : 0u;
 }
 
 /* Standard errors of a zone's ends in mats: 95 % points of the errors in `make score`, series 0 to

@@ -122,7 +122,7 @@ struct mr_predictor {
     float resistance_scale; /* factor on the configured closing resistance */
     float wheel_ft, speed_ft_s, deceleration_ft_s2;
     uint32_t landing_count; /* number of landings included in the runway's state */
-    bool is_armed, is_braking_known, is_degraded, has_fallen_back;
+    bool is_armed, is_braking_known, is_degraded, has_restarted;
     uint32_t moved_mask;           /* bit mask of trusted transducers that have moved */
     enum mr_predictor_level level; /* current level */
     uint32_t block;                /* blocks since arming */
@@ -186,7 +186,7 @@ void mr_predictor_arm(struct mr_predictor *predictor);
 /* Processes one block. Inputs are checked: an impossible wheel position or speed counts as unknown,
  * an impossible deceleration is replaced by the last one, and an impossible reading counts as
  * missing. If the chain diverges, it is restarted from the measurements and flagged
- * (MR_PREDICTOR_FELL_BACK). */
+ * (MR_PREDICTOR_RESTARTED). */
 void mr_predictor_on_block(struct mr_predictor *predictor, const struct mr_predictor_input *input);
 /* Switches to the next cheaper level, as if the budget were exceeded. Call it if blocks are
  * waiting. */
@@ -195,9 +195,9 @@ void mr_predictor_reduce_level(struct mr_predictor *predictor);
  * MR_PREDICTOR_KINEMATIC, where it sums over all joints. */
 void mr_predictor_get_zone(const struct mr_predictor *predictor, struct mr_predictor_zone *zone);
 /* Result from transducers and survey only, without the model: the closed zone ahead, and in
- * `left_in` (MR_SEGMENTS values) the remaining sums of openings, NaN if unknown. */
+ * `remaining_in` (MR_SEGMENTS values) the remaining sums of openings, NaN if unknown. */
 void mr_predictor_find_kinematic_zone(const struct mr_predictor *predictor,
-                                      struct mr_closure_zone *zone, float *left_in);
+                                      struct mr_closure_zone *zone, float *remaining_in);
 /* Ends the landing: the present openings of the joints are the start of the next landing. */
 void mr_predictor_end_landing(struct mr_predictor *predictor);
 

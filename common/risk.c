@@ -388,7 +388,7 @@ static unsigned find_risk_basis(const struct mr_risk_state *risk, const struct m
     basis |= is_following_plan(risk) && risk->has_chart ? MR_RISK_CHART_USED : 0u;
     basis |= risk->has_deviated_from_plan ? MR_RISK_PLAN_NOT_FOLLOWED : 0u;
     basis |= risk->is_chart_stale ? MR_RISK_CHART_OUTDATED : 0u;
-    basis |= zone->basis & MR_PREDICTOR_BLIND ? MR_RISK_BLIND : 0u;
+    basis |= zone->basis & MR_PREDICTOR_NO_TRANSDUCER ? MR_RISK_NO_TRANSDUCER : 0u;
     basis |= __builtin_isnan(p->wheel_ft) || __builtin_isnan(p->speed_ft_s) ? MR_RISK_NO_MOTION
                                                                             : 0u;
     basis |= p->is_braking_known ? MR_RISK_BRAKING_KNOWN : 0u;
@@ -430,7 +430,7 @@ static void set_risk_inputs(struct mr_risk_state *risk, const struct mr_predicto
 {
     struct mr_closure_zone closed;
     float left_in[MR_SEGMENTS], *x = report->input;
-    bool blind = report->basis & MR_RISK_BLIND;
+    bool blind = report->basis & MR_RISK_NO_TRANSDUCER;
     float wheel_ft = __builtin_isnan(p->wheel_ft) || p->wheel_ft < risk->touchdown_ft
                        ? risk->touchdown_ft
                        : p->wheel_ft;
@@ -463,11 +463,11 @@ static void set_risk_inputs(struct mr_risk_state *risk, const struct mr_predicto
                         count_chart_rows(&risk->plan),
                         risk->planned_mean_deceleration_ft_s2 * risk->speed_loss_ratio);
     }
-    report->weight_set = (charted   ? MR_RISK_SET_BY_CHART
-                          : planned ? MR_RISK_SET_BY_PLAN
-                                    : MR_RISK_SET_NO_PLAN) +
-                         (report->basis & MR_RISK_BRAKING_KNOWN ? MR_RISK_SET_IF_BRAKING : 0u) +
-                         (blind ? MR_RISK_SET_IF_NO_SENSOR : 0u);
+    report->weight_set = (charted   ? MR_RISK_WEIGHTS_CHART
+                          : planned ? MR_RISK_WEIGHTS_PLAN
+                                    : MR_RISK_WEIGHTS_NO_PLAN) +
+                         (report->basis & MR_RISK_BRAKING_KNOWN ? MR_RISK_WEIGHTS_IF_BRAKING : 0u) +
+                         (blind ? MR_RISK_WEIGHTS_IF_NO_SENSOR : 0u);
 }
 
 static float compute_risk(const struct mr_risk_report *report)
@@ -490,7 +490,7 @@ void mr_risk_compute(struct mr_risk_state *risk, const struct mr_predictor *p,
         report->risk = compute_risk(report);
         /* a plan must not reduce the risk of a measured zone */
         if (zone->mats >= MR_PREDICTOR_WARNING_MATS && report->start_s >= 0.0f &&
-            report->weight_set >= MR_RISK_SET_BY_PLAN) {
+            report->weight_set >= MR_RISK_WEIGHTS_PLAN) {
             struct mr_risk_report without = *report;
             set_risk_inputs(risk, p, zone, false, &without);
             without.risk = compute_risk(&without);

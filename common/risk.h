@@ -80,12 +80,12 @@ enum mr_risk_input {
 };
 /* Numbers of the sets of weights: a base that depends on which of plan and chart are known, plus
  * one number if braking is known and one if there is no transducer. */
-#define MR_RISK_SET_NO_PLAN      0u
-#define MR_RISK_SET_BY_PLAN      4u
-#define MR_RISK_SET_BY_CHART     8u
-#define MR_RISK_SET_IF_BRAKING   2u
-#define MR_RISK_SET_IF_NO_SENSOR 1u
-#define MR_RISK_WEIGHT_SET_COUNT 12u
+#define MR_RISK_WEIGHTS_NO_PLAN      0u
+#define MR_RISK_WEIGHTS_PLAN         4u
+#define MR_RISK_WEIGHTS_CHART        8u
+#define MR_RISK_WEIGHTS_IF_BRAKING   2u
+#define MR_RISK_WEIGHTS_IF_NO_SENSOR 1u
+#define MR_RISK_WEIGHT_SET_COUNT     12u
 
 struct mr_risk_state {
     struct mr_risk_plan plan;

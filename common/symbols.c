@@ -72,12 +72,12 @@ static int compare_symbols(const void *a, const void *b)
 static void remove_duplicates(struct mr_symbols *symbols)
 {
     size_t kept = 0;
-    qsort(symbols->entries, symbols->count, sizeof *symbols->entries, compare_symbols);
-    for (size_t i = 0; i < symbols->count; i++) {
+    qsort(symbols->entries, symbols->entry_count, sizeof *symbols->entries, compare_symbols);
+    for (size_t i = 0; i < symbols->entry_count; i++) {
         if (!kept || symbols->entries[kept - 1].address != symbols->entries[i].address)
             symbols->entries[kept++] = symbols->entries[i];
     }
-    symbols->count = kept;
+    symbols->entry_count = kept;
     for (size_t i = 0; i < kept; i++) {
         struct mr_symbol *symbol = &symbols->entries[i];
         uint32_t room = i + 1 < kept ? symbol[1].address - symbol->address
@@ -87,11 +87,11 @@ static void remove_duplicates(struct mr_symbols *symbols)
     }
 }
 
-enum mr_status mr_symbols_count(const uint8_t *file, size_t length, size_t *room)
+enum mr_status mr_symbols_count(const uint8_t *file, size_t length, size_t *entry_count)
 {
     struct symbol_table table;
     enum mr_status status = find_symbol_table(file, length, &table);
-    *room = status == MR_OK ? table.count : 0;
+    *entry_count = status == MR_OK ? table.count : 0;
     return status;
 }
 
@@ -101,7 +101,7 @@ enum mr_status mr_symbols_read(const uint8_t *file, size_t length, struct mr_sym
     struct symbol_table table;
     enum mr_status status = find_symbol_table(file, length, &table);
     symbols->entries = all;
-    symbols->count = 0;
+    symbols->entry_count = 0;
     for (size_t i = 0; status == MR_OK && i < table.count; i++) {
         const uint8_t *s = table.symbols + SYMBOL_BYTES * i;
         if ((s[12] & 15u) != SYMBOL_FUNCTION || read_u16(s + 14) == 0 ||
@@ -111,19 +111,19 @@ enum mr_status mr_symbols_read(const uint8_t *file, size_t length, struct mr_sym
         if (!memchr(name, 0, length - (size_t)(name - file)))
             status = MR_TRUNCATED;
         else
-            all[symbols->count++] = (struct mr_symbol){read_u32(s + 4) & ~1u, read_u32(s + 8),
-                                                       (const char *)name};
+            all[symbols->entry_count++] = (struct mr_symbol){read_u32(s + 4) & ~1u, read_u32(s + 8),
+                                                             (const char *)name};
     }
     if (status == MR_OK)
         remove_duplicates(symbols);
     else
-        symbols->count = 0;
+        symbols->entry_count = 0;
     return status;
 }
 
 const struct mr_symbol *mr_symbols_by_address(const struct mr_symbols *symbols, uint32_t address)
 {
-    size_t low = 0, high = symbols->count;
+    size_t low = 0, high = symbols->entry_count;
     while (low < high) {
         size_t middle = low + (high - low) / 2;
         if (symbols->entries[middle].address <= address)
@@ -139,7 +139,7 @@ const struct mr_symbol *mr_symbols_by_address(const struct mr_symbols *symbols, 
 
 const struct mr_symbol *mr_symbols_by_name(const struct mr_symbols *symbols, const char *name)
 {
-    for (size_t i = 0; i < symbols->count; i++) {
+    for (size_t i = 0; i < symbols->entry_count; i++) {
         if (strcmp(symbols->entries[i].name, name) == 0)
             return &symbols->entries[i];
     }

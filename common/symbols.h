@@ -18,15 +18,15 @@ struct mr_symbol {
 struct mr_symbols {
     /* one entry per address, in ascending order; the caller owns the memory */
     struct mr_symbol *entries;
-    size_t count; /* number of functions; 0 for a stripped image */
+    size_t entry_count; /* number of functions; 0 for a stripped image */
     /* bytes of the file, if the caller wants to keep them here; it must free them */
     uint8_t *file;
 };
 
-/* Computes in `room` the number of entries that mr_symbols_read needs for the `length` bytes at
- * `file`; 0 without a table. MR_MALFORMED: not a 32-bit little-endian ELF file; MR_TRUNCATED: the
+/* Computes in `entry_count` the number of entries that mr_symbols_read needs for the `length` bytes
+ * at `file`; 0 without a table. MR_MALFORMED: not a 32-bit little-endian ELF file; MR_TRUNCATED: the
  * table extends beyond the file. */
-enum mr_status mr_symbols_count(const uint8_t *file, size_t length, size_t *room);
+enum mr_status mr_symbols_count(const uint8_t *file, size_t length, size_t *entry_count);
 /* Reads the functions of the table into `all`, which has the number of entries from
  * mr_symbols_count. `file` and `all` must stay valid as long as `symbols` is used. Errors as
  * mr_symbols_count; also MR_TRUNCATED when a name does not end inside the file. On failure

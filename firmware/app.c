@@ -223,10 +223,10 @@ static void end_prediction(struct app *app, uint32_t index)
 
 static enum mr_status execute_runway(struct app *app, const struct mr_command *command)
 {
-    bool forgotten = false;
+    bool is_survey_discarded = false;
     enum mr_status status = predict_execute_command(&app->predict, &app->telemetry, command,
-                                                    app->next_index, &forgotten);
-    if (forgotten)
+                                                    app->next_index, &is_survey_discarded);
+    if (is_survey_discarded)
         discard_survey(app);
     return status;
 }
@@ -470,9 +470,9 @@ static enum mr_status handle_command(struct app *app, const uint8_t *payload, si
 /* Stores a word of a new configuration for the command `config-apply`. */
 static void handle_config_word(struct app *app, const uint8_t *payload, size_t length)
 {
-    enum mr_config_locked locked = landing_is_recording(&app->landing) ? MR_CONFIG_RECORDING
-                                 : check_link(app, MR_LINKS_CABLE)     ? MR_CONFIG_BY_CAN
-                                                                       : MR_CONFIG_OPEN;
+    enum mr_config_locked locked = landing_is_recording(&app->landing) ? MR_CONFIG_LOCKED_RECORDING
+                                 : check_link(app, MR_LINKS_CABLE)     ? MR_CONFIG_LOCKED_CAN
+                                                                       : MR_CONFIG_UNLOCKED;
     configstore_put_word(&app->configstore, &app->telemetry, payload, length, locked);
 }
 
@@ -505,8 +505,8 @@ static void handle_input(struct app *app)
         else if (status == MR_OK && frame.type == MR_ID_KEY_WORD)
             keystore_put_word(&app->keystore, frame.payload, frame.length);
         if (status != MR_OK && status != MR_TOO_FEW) {
-            if (app->telemetry.serial_bad < UINT16_MAX)
-                app->telemetry.serial_bad++;
+            if (app->telemetry.serial_refused_count < UINT16_MAX)
+                app->telemetry.serial_refused_count++;
             health_count_fault(MR_FAULT_SERIAL_BAD_FRAME, (uint8_t)-status);
         }
     }

@@ -65,11 +65,11 @@ static bool is_sector_dirty(uint8_t state)
 
 static void set_sector(struct blackbox *box, unsigned sector, uint8_t state)
 {
-    uint8_t before = box->sector[sector];
+    uint8_t before = box->sector_state[sector];
     box->ready_sectors = box->ready_sectors - (before == SECTOR_ERASED) + (state == SECTOR_ERASED);
     box->dirty_sectors = box->dirty_sectors - is_sector_dirty(before) + is_sector_dirty(state);
     box->bad_sectors = box->bad_sectors - (before == SECTOR_BAD) + (state == SECTOR_BAD);
-    box->sector[sector] = state;
+    box->sector_state[sector] = state;
 }
 
 /* Returns the next sector in this state, searching from `from` on and around the end of the memory;
@@ -78,7 +78,7 @@ static unsigned find_sector(const struct blackbox *box, unsigned from, uint8_t s
 {
     for (unsigned n = 0; n < NOR_SECTORS; n++) {
         unsigned sector = (from + n) % NOR_SECTORS;
-        if (box->sector[sector] == state)
+        if (box->sector_state[sector] == state)
             return sector;
     }
     return NOR_SECTORS;
@@ -122,7 +122,7 @@ static void discard_record(struct blackbox *box, unsigned place)
 {
     struct blackbox_record *record = &box->records[place];
     for (unsigned s = 0; s < NOR_SECTORS; s++) {
-        if (box->sector[s] == place)
+        if (box->sector_state[s] == place)
             set_sector(box, s, s == record->last_sector ? SECTOR_DIRTY_MARKED : SECTOR_DIRTY);
     }
     record->is_used = false;
@@ -142,7 +142,7 @@ static void open_page(struct blackbox_writer *writer, uint8_t *page)
     page[MR_BOXPAGE_KIND_OFFSET] = MR_BOXPAGE_NOT_FREED | MR_BOXPAGE_STREAM;
     page[MR_BOXPAGE_FIRST_OFFSET] = MR_BOXPAGE_NO_FIRST;
     writer->page = page;
-    writer->bit = 0;
+    writer->next_bit = 0;
     writer->pending_bits = 0;
 }
 
@@ -167,7 +167,7 @@ static void begin_ring(struct blackbox *box)
 
 /* True if the ring has room for one more block or message, which may continue in the page after the
  * open one. */
-static bool has_ring_room(const struct blackbox *box)
+static bool has_ring_space(const struct blackbox *box)
 {
     return is_ring_running(box) || box->pages_closed + 1 - box->pages_written < BLACKBOX_RING_PAGES;
 }
@@ -191,18 +191,18 @@ static void append_bits(struct blackbox *box, struct blackbox_writer *writer, co
                         size_t count)
 {
     while (count) {
-        unsigned n = count < 32 ? (unsigned)count : 32u, held = writer->bit % 32u;
+        unsigned n = count < 32 ? (unsigned)count : 32u, held = writer->next_bit % 32u;
         uint32_t word = mr_get_u32(&bits);
         count -= n;
         writer->pending_bits |= word << held;
-        writer->bit += n;
+        writer->next_bit += n;
         if (held + n < 32)
             continue;
-        unsigned end = writer->bit / 32u;
+        unsigned end = writer->next_bit / 32u;
         mr_put_u32(writer->page + MR_BOXPAGE_HEADER_BYTES + 4u * (end - 1), writer->pending_bits);
         if (end == MR_BOXPAGE_PAYLOAD_BYTES / 4u) {
             close_page(box, writer);
-            writer->bit = held + n - 32;
+            writer->next_bit = held + n - 32;
         }
         /* two shifts: one shift by 32 would be undefined */
         writer->pending_bits = word >> 1 >> (31 - held);
@@ -215,12 +215,12 @@ static void end_stream(struct blackbox *box, struct blackbox_writer *writer)
     static const uint8_t end_tag[4] = {3};
     append_bits(box, writer, end_tag, MR_PACK_TAG_BITS);
     uint8_t ones[4];
-    unsigned left = (32u - writer->bit % 32u) % 32u; /* number of free bits in the last word */
+    unsigned left = (32u - writer->next_bit % 32u) % 32u; /* number of free bits in the last word */
     mr_put_u32(ones, (1u << left) - 1u);
     append_bits(box, writer, ones, left);
-    if (writer->bit) {
-        memset(writer->page + MR_BOXPAGE_HEADER_BYTES + writer->bit / 8, 0xff,
-               MR_BOXPAGE_PAYLOAD_BYTES - writer->bit / 8);
+    if (writer->next_bit) {
+        memset(writer->page + MR_BOXPAGE_HEADER_BYTES + writer->next_bit / 8, 0xff,
+               MR_BOXPAGE_PAYLOAD_BYTES - writer->next_bit / 8);
         close_page(box, writer);
     }
 }
@@ -228,10 +228,12 @@ static void end_stream(struct blackbox *box, struct blackbox_writer *writer)
 static void append_key(struct blackbox *box, const struct mr_block *block)
 {
     uint8_t bits[MR_PACK_BYTES_MAX];
-    append_bits(box, &box->stream_writer, bits, mr_pack_padding(box->stream_writer.bit % 8, bits));
+    append_bits(box, &box->stream_writer, bits,
+                mr_pack_padding(box->stream_writer.next_bit % 8, bits));
     unsigned slot = box->pages_closed % BLACKBOX_RING_PAGES;
     if (box->stream_writer.page[MR_BOXPAGE_FIRST_OFFSET] == MR_BOXPAGE_NO_FIRST)
-        box->stream_writer.page[MR_BOXPAGE_FIRST_OFFSET] = (uint8_t)(box->stream_writer.bit / 8);
+        box->stream_writer.page[MR_BOXPAGE_FIRST_OFFSET] =
+            (uint8_t)(box->stream_writer.next_bit / 8);
     if (!box->has_key[slot]) {
         box->has_key[slot] = true;
         box->key_block[slot] = block->index;
@@ -252,7 +254,7 @@ void blackbox_on_block(struct blackbox *box, const struct mr_block *block)
     if (!box->is_armed || (!is_ring_running(box) && box->state != MR_BOX_RECORDING))
         return;
     box->last_block = block->index;
-    if (!has_ring_room(box)) {
+    if (!has_ring_space(box)) {
         health_count_fault(MR_FAULT_BOX_LOST, 0);
         return;
     }
@@ -268,7 +270,7 @@ void blackbox_record_message(struct blackbox *box, uint16_t id, const uint8_t *p
     uint8_t bits[MR_PACK_BYTES_MAX];
     if (!box->is_armed || (!is_ring_running(box) && box->state != MR_BOX_RECORDING))
         return;
-    if (!has_ring_room(box)) {
+    if (!has_ring_space(box)) {
         box->end.lost_messages++;
         health_count_fault(MR_FAULT_BOX_LOST, 1);
         return;
@@ -298,7 +300,7 @@ void blackbox_record_configuration(struct blackbox *box, uint16_t id, const uint
     size_t count = mr_pack_message(id, payload, length, bits);
     unsigned left = (BLACKBOX_CONFIG_PAGES - box->config_pages_closed) * MR_BOXPAGE_PAYLOAD_BYTES *
                         8u -
-                    box->config_writer.bit;
+                    box->config_writer.next_bit;
     if (count + MR_PACK_TAG_BITS + 32u <= left) {
         /* keep room for the end tag and for the last, incomplete word */
         append_bits(box, &box->config_writer, bits, count);
@@ -404,7 +406,7 @@ static void check_first_page(struct blackbox *box)
 }
 
 /* Searches the last sector of a record, page by page, for its last page. */
-static void search_last_page(struct blackbox *box)
+static void find_last_page(struct blackbox *box)
 {
     struct blackbox_record *record = &box->records[box->scan_record_index];
     struct mr_boxpage_header header;
@@ -774,7 +776,7 @@ static void finish_job(struct blackbox *box, bool done)
     switch (job) {
     case JOB_SCAN_FIRST_PAGE: check_first_page(box); break;
     case JOB_SCAN_PAGE: check_scanned_page(box); break;
-    case JOB_SCAN_FIND_END: search_last_page(box); break;
+    case JOB_SCAN_FIND_END: find_last_page(box); break;
     case JOB_SCAN_START: read_start_page(box); break;
     case JOB_PROGRAM:
         box->tries = 0;
@@ -804,7 +806,7 @@ static void finish_job(struct blackbox *box, bool done)
 void blackbox_start(struct blackbox *box)
 {
     memset(box, 0, sizeof *box);
-    memset(box->sector, SECTOR_UNREAD, sizeof box->sector);
+    memset(box->sector_state, SECTOR_UNREAD, sizeof box->sector_state);
     box->next_record = 1;
     box->newest_sector = NOR_SECTORS - 1;
     box->erase_ms = ERASE_ASSUMED_MS;

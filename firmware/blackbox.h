@@ -51,7 +51,7 @@ struct blackbox_record {
 
 struct blackbox_writer {
     uint8_t *page;
-    unsigned bit;          /* number of the next bit of the payload */
+    unsigned next_bit;     /* number of the next bit of the payload */
     uint32_t pending_bits; /* bits of the last, incomplete word, which is not in the page yet */
 };
 
@@ -65,7 +65,7 @@ struct blackbox {
     uint32_t now_ms;  /* index of the newest block */
 
     /* for each sector: index in `records` of its record, or its state (enum in blackbox.c) */
-    uint8_t sector[NOR_SECTORS];
+    uint8_t sector_state[NOR_SECTORS];
     unsigned ready_sectors, dirty_sectors,
         bad_sectors; /* number of sectors that are erased, to be erased, and unusable */
     struct blackbox_record records[BLACKBOX_RECORDS_MAX];

@@ -117,7 +117,7 @@ bool board_can_sync_tick(uint32_t block, uint32_t *tick);
 void board_can_clear(void);
 /* Leaves bus-off in two steps: call with `begin` true, then with false one tick later. The
  * controller then waits for 128 times 11 recessive bits. */
-void board_can_rejoin(bool begin);
+void board_can_leave_bus_off(bool begin);
 void board_can_get_errors(struct board_can_errors *errors);
 /* Queues all of `length` bytes, or none and returns false. */
 bool board_serial_send(const uint8_t *bytes, size_t length);

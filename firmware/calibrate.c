@@ -38,7 +38,7 @@ void calibrate_start(struct calibrate *calibrate)
 {
     memset(calibrate, 0, sizeof *calibrate);
     for (unsigned g = 0; g < MR_GAGES; g++)
-        calibrate->last_span_lb[g] = calibrate->last_rest_lb[g] = MR_NAN;
+        calibrate->previous_span_lb[g] = calibrate->previous_rest_lb[g] = MR_NAN;
     board_set_shunts(false);
 }
 
@@ -244,14 +244,14 @@ static void report_gage(struct calibrate *calibrate, struct telemetry *telemetry
     struct mr_shunt_check check = {
         .gage = (uint8_t)(g + 1),
         .expected_lb = config.channel[MR_TRANSDUCERS + g].shunt_lb,
-        .change_lb = known ? span_lb - calibrate->last_span_lb[g] : MR_NAN,
-        .zero_change_lb = known ? calibrate->rest_lb[g] - calibrate->last_rest_lb[g] : MR_NAN};
+        .change_lb = known ? span_lb - calibrate->previous_span_lb[g] : MR_NAN,
+        .zero_change_lb = known ? calibrate->rest_lb[g] - calibrate->previous_rest_lb[g] : MR_NAN};
     TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, shunt_result, SHUNT_RESULT, &result);
     TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, shunt_check, SHUNT_CHECK, &check);
     calibrate->has_failed |= verdict != VERDICT_GOOD;
     if (known) {
-        calibrate->last_span_lb[g] = span_lb;
-        calibrate->last_rest_lb[g] = calibrate->rest_lb[g];
+        calibrate->previous_span_lb[g] = span_lb;
+        calibrate->previous_rest_lb[g] = calibrate->rest_lb[g];
     }
 }
 

@@ -46,7 +46,7 @@ struct calibrate {
     uint32_t moved_gages;   /* bit mask of gages that moved */
     uint16_t number;        /* number of shunt calibrations since reset */
     /* results of the previous calibration; NaN: none */
-    float last_span_lb[MR_GAGES], last_rest_lb[MR_GAGES];
+    float previous_span_lb[MR_GAGES], previous_rest_lb[MR_GAGES];
     unsigned gages_to_report; /* number of gages still to be reported */
     bool has_failed;
 };

@@ -50,7 +50,7 @@ static uint16_t *get_current_drops(struct canwatch *watch)
 
 /* Handles the frames that wait during an outage: keeps them at first, then drops them. From then on
  * only the alarm frame is sent, to probe the bus. */
-static void leave_outage(struct canwatch *watch, bool passed, struct canwatch_changes *changes)
+static void end_outage(struct canwatch *watch, bool passed, struct canwatch_changes *changes)
 {
     switch (watch->phase) {
     case CANWATCH_UP:
@@ -77,10 +77,10 @@ static void leave_bus_off(struct canwatch *watch)
     if (watch->rejoin_ticks)
         watch->rejoin_ticks--;
     if (watch->is_rejoining) { /* one tick has passed, in which the controller has stopped */
-        board_can_rejoin(false);
+        board_can_leave_bus_off(false);
         watch->is_rejoining = false;
     } else if (watch->errors.is_bus_off && !watch->rejoin_ticks) {
-        board_can_rejoin(true);
+        board_can_leave_bus_off(true);
         watch->is_rejoining = true;
         watch->rejoin_ticks = CANWATCH_REJOIN_TICKS;
     }
@@ -100,7 +100,7 @@ struct canwatch_changes canwatch_tick(struct canwatch *watch)
     add_saturating(get_current_drops(watch), watch->errors.removed_count - watch->removed_count);
     watch->removed_count = watch->errors.removed_count;
     leave_bus_off(watch);
-    leave_outage(watch, passed, &changes);
+    end_outage(watch, passed, &changes);
     watch->state = find_state(watch);
     changes.has_state_changed = watch->state != state_before;
     changes.has_become_passive = watch->errors.is_passive && !before.is_passive;
@@ -124,7 +124,7 @@ bool canwatch_is_accepting(struct canwatch *watch)
     return !watch->is_silent && watch->phase == CANWATCH_UP;
 }
 
-void canwatch_count_full(struct canwatch *watch)
+void canwatch_count_queue_full(struct canwatch *watch)
 {
     add_saturating(&watch->drop_count.queue_full, 1);
 }

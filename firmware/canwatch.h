@@ -54,7 +54,7 @@ struct canwatch_changes canwatch_tick(struct canwatch *watch);
 /* True if a frame may be queued now. Counts the frame as refused if not. */
 bool canwatch_is_accepting(struct canwatch *watch);
 /* Call when the queue has refused a frame. */
-void canwatch_count_full(struct canwatch *watch);
+void canwatch_count_queue_full(struct canwatch *watch);
 struct mr_can_alarm canwatch_get_alarm(const struct canwatch *watch);
 
 #endif

@@ -52,7 +52,7 @@ struct configstore {
 /* Call at start, before anything reads `config`. */
 void configstore_start(struct configstore *store);
 /* Processes a word of a new configuration. The word is accepted only if `locked` is
- * MR_CONFIG_OPEN. */
+ * MR_CONFIG_UNLOCKED. */
 void configstore_put_word(struct configstore *store, struct telemetry *telemetry,
                           const uint8_t *payload, size_t length, enum mr_config_locked locked);
 /* Executes config-apply. MR_OK: `config` has changed, and everything derived from it must be

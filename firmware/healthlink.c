@@ -136,7 +136,8 @@ void healthlink_start(struct healthlink *link)
     board_get_restart(&link->restart);
     if (link->restart.crash && link->restart.crash_age == 0)
         link->next_crash_word = 0;
-    if (identity.image_state == MR_IMAGE_HEADER || identity.image_state == MR_IMAGE_PROGRAM)
+    if (identity.image_state == MR_IMAGE_HEADER_DAMAGED ||
+        identity.image_state == MR_IMAGE_PROGRAM_DAMAGED)
         health_count_fault(MR_FAULT_SELFTEST, MR_SELF_TEST_IMAGE);
 }
 

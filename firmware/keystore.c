@@ -112,7 +112,7 @@ static void check_copy(struct keystore *store)
     else
         set_key_state(store, store->has_damaged_copy && store->valid_copy == KEY_COPIES
                                  ? MR_KEY_DAMAGED
-                                 : MR_KEY_OPEN);
+                                 : MR_KEY_NONE);
 }
 
 /* Counts the starts: finds the last bit that is 0. A bit whose programming was interrupted by a
@@ -194,7 +194,7 @@ static void verify_record(struct keystore *store)
     if (is_written_correctly(store)) {
         unsigned old = 1u - store->target_copy;
         use_record(store, store->target_copy);
-        store->state = store->is_set ? MR_KEY_SET : MR_KEY_OPEN;
+        store->state = store->is_set ? MR_KEY_SET : MR_KEY_NONE;
         store->target_copy = old;
         store->step = STEP_WIPE;
     } else if (++store->tries < TRIES_MAX) {

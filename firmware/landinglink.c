@@ -201,7 +201,7 @@ void landinglink_send_regular(struct telemetry *telemetry, const struct landing 
     if (DUE(SERIAL_HEALTH, index))
         TELEMETRY_SEND(telemetry, TO_LINKS, serial_health, SERIAL_HEALTH,
                        .sent = telemetry->serial_sent, .dropped = telemetry->serial_dropped,
-                       .bad = telemetry->serial_bad);
+                       .bad = telemetry->serial_refused_count);
     if (DUE(FAULTS, index))
         send_faults(telemetry, DUE(ALL_FAULTS, index));
     if (DUE(COUNT, index))

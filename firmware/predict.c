@@ -414,7 +414,7 @@ enum mr_status predict_set_backlog(struct predict *p, int32_t waiting)
 
 enum mr_status predict_execute_command(struct predict *p, struct telemetry *telemetry,
                                        const struct mr_command *command, uint32_t index,
-                                       bool *forgotten)
+                                       bool *is_survey_discarded)
 {
     if (p->status != MR_OK)
         return MR_NOT_NOW;
@@ -424,7 +424,7 @@ enum mr_status predict_execute_command(struct predict *p, struct telemetry *tele
     case MR_COMMAND_CHART_FORGET: return execute_chart(p, command);
     case MR_COMMAND_RUNWAY_FORGET:
         discard_runway(p, index);
-        *forgotten = true;
+        *is_survey_discarded = true;
         return p->status;
     case MR_COMMAND_RUNWAY_READ:
         save_runway(p);

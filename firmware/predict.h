@@ -103,9 +103,10 @@ bool predict_end(struct predict *predict, struct telemetry *telemetry,
 void predict_set_survey(struct predict *predict, const float *slack_in, uint32_t index);
 /* Executes the command `backlog`, if a landing is armed or in progress. */
 enum mr_status predict_set_backlog(struct predict *predict, int32_t waiting);
-/* Executes the commands runway-* and chart-*. Sets `forgotten` if the survey no longer applies. */
+/* Executes the commands runway-* and chart-*. Sets `is_survey_discarded` if the survey no longer
+ * applies. */
 enum mr_status predict_execute_command(struct predict *predict, struct telemetry *telemetry,
                                        const struct mr_command *command, uint32_t index,
-                                       bool *forgotten);
+                                       bool *is_survey_discarded);
 
 #endif

@@ -42,7 +42,7 @@ enum mr_status proof_check(struct proof *proof, const struct keystore *store,
                            const uint8_t payload[MR_COMMAND_BYTES])
 {
     uint8_t wanted[MR_PROOF_BYTES];
-    if (store->state == MR_KEY_OPEN || store->state == MR_KEY_NO_MEMORY)
+    if (store->state == MR_KEY_NONE || store->state == MR_KEY_NO_MEMORY)
         return MR_OK;
     if (store->state == MR_KEY_NOT_READ)
         return MR_WAIT;

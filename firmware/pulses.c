@@ -18,7 +18,7 @@ size_t pulses_get(struct pulses *pulses, enum board_pulse_input input, bool fitt
     for (size_t i = 0; i < count; i++) {
         /* Captures that overran each other may be out of order; one before the last pulse is noise
          * too. */
-        if (pulses->has_last && index - pulses->block < COMPARABLE_BLOCKS &&
+        if (pulses->has_pulse && index - pulses->block < COMPARABLE_BLOCKS &&
             (int32_t)(ticks[i] - pulses->tick) < (int32_t)INTERVAL_MIN_TICKS) {
             health_count_fault(MR_FAULT_EDGE_OVERRUN, DETAIL_TOO_FAST);
             continue;

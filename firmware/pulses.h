@@ -12,7 +12,7 @@
 
 struct pulses {
     bool is_capturing;
-    bool has_last;        /* there is an accepted pulse */
+    bool has_pulse;       /* there is an accepted pulse */
     uint32_t tick, block; /* last accepted pulse */
 };
 

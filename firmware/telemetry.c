@@ -19,7 +19,7 @@ static void send_can(struct telemetry *telemetry, uint16_t id, const uint8_t *pa
         telemetry->can_sent++;
     } else {
         health_count_fault(MR_FAULT_CAN_QUEUE_FULL, 0);
-        canwatch_count_full(&telemetry->can);
+        canwatch_count_queue_full(&telemetry->can);
     }
 }
 

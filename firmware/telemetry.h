@@ -40,7 +40,7 @@ struct telemetry {
     uint32_t can_sent;
     uint32_t serial_sent;
     uint16_t serial_dropped;
-    uint16_t serial_bad;
+    uint16_t serial_refused_count;
     uint16_t blocks_lost;
 
     /* number of refusals by telemetry_can_burst since no frame was waiting */

@@ -44,20 +44,20 @@ static void begin_transfer(struct thermometer *t, enum step step, uint32_t index
 {
     t->step = step;
     t->step_block = index;
-    i2c_begin(THERMOMETER_ADDRESS, t->out, bytes, t->in, answer);
+    i2c_begin(THERMOMETER_ADDRESS, t->tx_bytes, bytes, t->rx_bytes, answer);
 }
 
 static void write_config(struct thermometer *t, enum step step, uint32_t index, uint8_t upper)
 {
-    t->out[0] = REGISTER_CONFIG;
-    t->out[1] = upper;
-    t->out[2] = CONFIG_LOWER;
+    t->tx_bytes[0] = REGISTER_CONFIG;
+    t->tx_bytes[1] = upper;
+    t->tx_bytes[2] = CONFIG_LOWER;
     begin_transfer(t, step, index, 3, 0);
 }
 
 static void read_register(struct thermometer *t, enum step step, uint32_t index, uint8_t number)
 {
-    t->out[0] = number;
+    t->tx_bytes[0] = number;
     begin_transfer(t, step, index, 1, 2);
 }
 
@@ -72,8 +72,8 @@ static void handle_failure(struct thermometer *t, enum thermometer_fault detail)
 
 static void convert_reading(struct thermometer *t)
 {
-    float celsius = thermometer_celsius(t->in);
-    if (t->in[1] & 0x0fu || celsius < LOWEST_C || celsius > HIGHEST_C) {
+    float celsius = thermometer_celsius(t->rx_bytes);
+    if (t->rx_bytes[1] & 0x0fu || celsius < LOWEST_C || celsius > HIGHEST_C) {
         handle_failure(t, THERMOMETER_OUT_OF_RANGE);
         return;
     }
@@ -108,7 +108,7 @@ static void continue_transfer(struct thermometer *t, uint32_t index)
         break;
     /* check that the conversion has ended and the configuration is still the one that was set */
     case STEP_READ_STATUS:
-        if (t->in[0] == (CONFIG_ONE_SHOT | CONFIG_UPPER))
+        if (t->rx_bytes[0] == (CONFIG_ONE_SHOT | CONFIG_UPPER))
             read_register(t, STEP_READ, index, REGISTER_TEMPERATURE);
         else
             handle_failure(t, THERMOMETER_NO_ANSWER);

@@ -25,7 +25,7 @@ struct thermometer {
     bool is_shut_down; /* the chip is in shutdown mode and converts only by command */
     unsigned step;
     uint32_t step_block; /* block in which the step began */
-    uint8_t out[3], in[2];
+    uint8_t tx_bytes[3], rx_bytes[2];
     float temperature_c;      /* reading of this second; NaN: none */
     float error_c;            /* standard error of the reading; NaN: none */
     float last_temperature_c; /* newest reading sent, of this or the previous second; NaN: none */

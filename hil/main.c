@@ -40,11 +40,11 @@ struct arguments {
     const char *elf, *can, *serial, *rig, *replay, *flash, *nor, *faults, *gdb, *vcd, *profile,
         *margins;
     bool is_board_given, trace;
-    unsigned parity;              /* the parity, as index of its word in the option */
-    unsigned speed;               /* 0: max; 1: real */
-    unsigned gdb_time;            /* 1: time continues while gdb holds the board */
-    double run_duration_s;        /* 0: not given */
-    double stall_s, wall_limit_s; /* wall_limit_s: 0: no limit; negative: not given */
+    unsigned parity;                    /* the parity, as index of its word in the option */
+    unsigned speed;                     /* 0: max; 1: real */
+    unsigned gdb_time;                  /* 1: time continues while gdb holds the board */
+    double run_duration_s;              /* 0: not given */
+    double stall_limit_s, wall_limit_s; /* wall_limit_s: 0: no limit; negative: not given */
     struct hil_options options;
 };
 
@@ -110,7 +110,7 @@ static bool parse_rules(struct arguments *a, const char *text)
     static const char some[] = "count:";
     int word = parse_word(text, "stop|count|off");
     a->options.rules_mode = word > 0 ? (enum hil_rules_mode)word : HIL_RULES_STOP;
-    a->options.rules_only_counted = 0;
+    a->options.counted_rules = 0;
     if (word >= 0)
         return true;
     if (strncmp(text, some, sizeof some - 1) != 0)
@@ -120,7 +120,7 @@ static bool parse_rules(struct arguments *a, const char *text)
         enum hil_rule rule = hil_rule_by_name(text, length);
         if (rule == HIL_RULE_COUNT)
             return false;
-        a->options.rules_only_counted |= 1u << rule;
+        a->options.counted_rules |= 1u << rule;
         text += length;
         if (!*text)
             return true;
@@ -145,8 +145,8 @@ static bool parse_camera(struct arguments *a, const char *text)
     if (!parse_list(text, value))
         return false;
     a->options.camera_hz = value[0];
-    a->options.camera_delay_ps = (uint64_t)(value[1] * (double)HIL_MS_PS);
-    a->options.camera_jitter_ps = (uint64_t)(value[2] * (double)HIL_US_PS);
+    a->options.camera_delay_ps = (uint64_t)(value[1] * (double)HIL_PS_PER_MS);
+    a->options.camera_jitter_ps = (uint64_t)(value[2] * (double)HIL_PS_PER_US);
     return value[0] >= 0.01 && value[0] <= 1e5 && value[1] >= 0.0 && value[1] <= 1e6 &&
            value[2] >= 0.0 && value[2] <= 1e6;
 }
@@ -301,7 +301,7 @@ static const struct option {
         "--vcd", "FILE", vcd,
         "write a trace of pins, converters, links, exceptions and sleep, for GTKWave and others"),
     TEXT_OPTION("--profile", "FILE", profile, "write the number of instructions per function"),
-    NUMBER_OPTION("--stall", "S", KIND_REAL, stall_s, 0.001, 86400,
+    NUMBER_OPTION("--stall", "S", KIND_REAL, stall_limit_s, 0.001, 86400,
                   "end when a host does not read for S seconds; default: 30"),
     NUMBER_OPTION(
         "--wall-limit", "S", KIND_REAL, wall_limit_s, 0, 1e6,
@@ -378,7 +378,7 @@ static bool set_option(struct arguments *a, const struct option *option, const c
 }
 
 /* Finds the image installed with the program: in the build or installation directory. */
-static bool find_image(const struct hil_board_type *type, const char **elf)
+static bool find_installed_image(const struct hil_board_type *type, const char **elf)
 {
     static const char *const places[] = {"firmware", "../share/matrig"};
     static char path[PATH_MAX];
@@ -402,7 +402,7 @@ static enum mr_status parse_argument(struct arguments *a, int argc, char **argv)
     *a = (struct arguments){.can = "none",
                             .serial = "none",
                             .parity = PARITY_NOT_GIVEN,
-                            .stall_s = DEFAULT_STALL_S,
+                            .stall_limit_s = DEFAULT_STALL_S,
                             .wall_limit_s = -1.0};
     hil_options_default(&a->options);
     a->options.fault_log = stderr;
@@ -433,7 +433,8 @@ static enum mr_status parse_argument(struct arguments *a, int argc, char **argv)
 
 static enum mr_status check_arguments(struct arguments *a)
 {
-    if (!a->elf && !a->flash && !a->options.is_boot0_high && !find_image(a->options.type, &a->elf))
+    if (!a->elf && !a->flash && !a->options.is_boot0_high &&
+        !find_installed_image(a->options.type, &a->elf))
         return refuse(
             "no firmware image next to matrig-board or in ../share/matrig; give --elf FILE");
     if (a->options.has_no_rig && a->rig)
@@ -534,10 +535,10 @@ static enum mr_status check_paths(const struct arguments *a)
 #define DEFAULT_WALL_LIMIT_S 600.0
 #define CONNECT_TIMEOUT_MS   30000
 /* virtual time between polls of the sockets, at full speed */
-#define SLICE_MAX_PS         (5ull * HIL_MS_PS)
+#define SLICE_MAX_PS         (5ull * HIL_PS_PER_MS)
 /* in real time: virtual time between two waits for the wall clock and polls of the sockets */
-#define SLICE_REAL_PS        (1ull * HIL_MS_PS)
-#define HOST_AWAY_PS         (50ull * HIL_MS_PS)
+#define SLICE_REAL_PS        (1ull * HIL_PS_PER_MS)
+#define HOST_AWAY_PS         (50ull * HIL_PS_PER_MS)
 
 struct session {
     const struct arguments *a;
@@ -595,7 +596,7 @@ static bool is_host_present(struct session *session, uint64_t t_ps)
     char error[256];
     if (session->serial.transport != HIL_LINK_PTY)
         return true;
-    if (!session->serial.is_hung_up)
+    if (!session->serial.has_host_closed)
         session->last_host_activity_ps = t_ps;
     if (t_ps < session->last_host_activity_ps + HOST_AWAY_PS)
         return true;
@@ -903,7 +904,7 @@ static enum mr_status run_session(struct session *session)
     if (status != MR_OK)
         return status;
     session->is_real_time = a->speed != 0;
-    session->stall_ms = (int)(a->stall_s * 1e3);
+    session->stall_ms = (int)(a->stall_limit_s * 1e3);
     double duration_s = get_run_duration_s(session);
     start_wall_limit(a, duration_s);
     status = open_session(session);

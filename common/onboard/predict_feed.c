@@ -164,7 +164,7 @@ void baseline_discard(struct baseline *baseline)
 }
 
 void baseline_update(struct baseline *baseline, const float *displacement_in, bool quiet,
-                     uint32_t held)
+                     uint32_t frozen)
 {
     if (!quiet) {
         begin_baseline_group(baseline);
@@ -175,7 +175,7 @@ void baseline_update(struct baseline *baseline, const float *displacement_in, bo
     if (++baseline->blocks < BASELINE_BLOCKS)
         return;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        baseline->zero_in[i] = held >> i & 1u ? baseline->zero_in[i]
-                                              : baseline->sum_in[i] / (float)BASELINE_BLOCKS;
+        baseline->zero_in[i] = frozen >> i & 1u ? baseline->zero_in[i]
+                                                : baseline->sum_in[i] / (float)BASELINE_BLOCKS;
     begin_baseline_group(baseline);
 }

@@ -83,8 +83,8 @@ struct baseline {
 
 void baseline_discard(struct baseline *baseline);
 /* Adds the readings of a block; NaN: missing. If `quiet` is false, the mat may be moving, and the
- * current group is discarded. Transducers in the bit mask `held` keep their zero. */
+ * current group is discarded. Transducers in the bit mask `frozen` keep their zero. */
 void baseline_update(struct baseline *baseline, const float *displacement_in, bool quiet,
-                     uint32_t held);
+                     uint32_t frozen);
 
 #endif

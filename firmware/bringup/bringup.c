@@ -33,7 +33,7 @@ extern uint32_t stack_bottom[];
 
 static const char *get_image_word(uint8_t state)
 {
-    return state == MR_IMAGE_GOOD ? "good" : state == MR_IMAGE_NONE ? "none" : "damaged";
+    return state == MR_IMAGE_INTACT ? "good" : state == MR_IMAGE_NO_HEADER ? "none" : "damaged";
 }
 
 static void append_hex_digits(char *out, uint32_t value)
@@ -238,9 +238,9 @@ static void print_clocks(void)
 #define SUPPLY_MAX_MV  3700u
 
 static struct {
-    struct mr_block last;
-    uint32_t count; /* number of differences */
-    uint64_t squares[MR_BLOCK_SUMS];
+    struct mr_block last_block;
+    uint32_t difference_count;
+    uint64_t square_sums[MR_BLOCK_SUMS];
     uint32_t sums[MR_BLOCK_SUMS];
 } noise_sums;
 
@@ -260,14 +260,14 @@ static bool wait_for_block(struct mr_block *block)
 
 static void add_differences(const struct mr_block *block)
 {
-    bool follows = noise_sums.last.index + 1u == block->index;
+    bool follows = noise_sums.last_block.index + 1u == block->index;
     for (unsigned i = 0; follows && i < MR_BLOCK_SUMS; i++) {
-        int32_t difference = block->sums[i] - noise_sums.last.sums[i];
-        noise_sums.squares[i] += (uint64_t)((int64_t)difference * difference);
+        int32_t difference = block->sums[i] - noise_sums.last_block.sums[i];
+        noise_sums.square_sums[i] += (uint64_t)((int64_t)difference * difference);
         noise_sums.sums[i] += block->sums[i];
     }
-    noise_sums.count += follows;
-    noise_sums.last = *block;
+    noise_sums.difference_count += follows;
+    noise_sums.last_block = *block;
 }
 
 static bool measure_noise(void)
@@ -279,13 +279,13 @@ static bool measure_noise(void)
             return false;
     }
     /* an index that no block follows, so that the first block adds no difference */
-    noise_sums.last.index = block.index - 2u;
+    noise_sums.last_block.index = block.index - 2u;
     for (unsigned n = 0; n < BLOCK_COUNT; n++) {
         if (!wait_for_block(&block))
             return false;
         add_differences(&block);
     }
-    return noise_sums.count > BLOCK_COUNT / 2u;
+    return noise_sums.difference_count > BLOCK_COUNT / 2u;
 }
 
 static uint32_t compute_integer_sqrt(uint64_t of)
@@ -301,13 +301,14 @@ static uint32_t compute_integer_sqrt(uint64_t of)
 /* Noise of one conversion in thousandths of a code, from sums of `codes` codes. */
 static int32_t compute_noise_milli(unsigned sum, unsigned codes)
 {
-    return (int32_t)compute_integer_sqrt(noise_sums.squares[sum] * 1000000u /
-                                         (2u * codes * noise_sums.count));
+    return (int32_t)compute_integer_sqrt(noise_sums.square_sums[sum] * 1000000u /
+                                         (2u * codes * noise_sums.difference_count));
 }
 
 static int32_t compute_level_milli(unsigned sum, unsigned codes)
 {
-    return (int32_t)((uint64_t)noise_sums.sums[sum] * 1000u / (codes * noise_sums.count));
+    return (int32_t)((uint64_t)noise_sums.sums[sum] * 1000u /
+                     (codes * noise_sums.difference_count));
 }
 
 static void print_channel(const char *what, unsigned channel, const char *signal, bool level)
@@ -334,7 +335,7 @@ static void print_channels(const char *what, bool level)
 static uint32_t compute_supply_mv(void)
 {
     uint32_t sum = noise_sums.sums[2u * MR_TRANSDUCERS + MR_ADC1_REFERENCE];
-    uint32_t codes = MR_SCANS_PER_BLOCK * noise_sums.count;
+    uint32_t codes = MR_SCANS_PER_BLOCK * noise_sums.difference_count;
     uint32_t mv = sum ? (uint32_t)((uint64_t)REFERENCE_MV * 4096u * codes / sum) : 0;
     return mv <= SUPPLY_MAX_MV ? mv : 0;
 }
@@ -508,7 +509,7 @@ static void print_can(void)
 static uint8_t written[NOR_PAGE_BYTES] DMA_BUFFER, read_back[NOR_PAGE_BYTES] DMA_BUFFER;
 
 struct flash_test_result {
-    uint32_t rounds, wrong, failed;
+    uint32_t round_count, mismatch_count, failure_count;
     /* sums and maxima of the durations */
     uint32_t erase_us, erase_max_us, program_us, program_max_us;
 };
@@ -573,7 +574,7 @@ static bool erase_sector(uint32_t sector, struct flash_test_result *o)
     bool done = wait_for_end(&us);
     o->erase_us += us;
     o->erase_max_us = us > o->erase_max_us ? us : o->erase_max_us;
-    o->failed += !done;
+    o->failure_count += !done;
     return done;
 }
 
@@ -594,36 +595,36 @@ static void write_page(uint32_t address, struct flash_test_result *o)
     bool done = wait_for_end(&us);
     o->program_us += us;
     o->program_max_us = us > o->program_max_us ? us : o->program_max_us;
-    o->failed += !done;
+    o->failure_count += !done;
     if (!read_page(address) || memcmp(written, read_back, NOR_PAGE_BYTES) != 0)
-        o->wrong++;
+        o->mismatch_count++;
 }
 
 static void test_sector(uint32_t sector, struct flash_test_result *o)
 {
-    for (uint32_t round = 0; round < ROUND_COUNT && o->failed == 0; round++) {
+    for (uint32_t round = 0; round < ROUND_COUNT && o->failure_count == 0; round++) {
         if (!erase_sector(sector, o))
             break;
-        o->wrong += !is_blank(sector);
+        o->mismatch_count += !is_blank(sector);
         for (uint32_t n = 0; n < NOR_PAGES_PER_SECTOR; n++) {
             fill_page(round, n);
             write_page(sector * NOR_SECTOR_BYTES + n * NOR_PAGE_BYTES, o);
         }
-        o->rounds++;
+        o->round_count++;
     }
     (void)erase_sector(sector, o);
-    o->wrong += !is_blank(sector);
+    o->mismatch_count += !is_blank(sector);
 }
 
 static void print_memory_test(uint32_t sector, const struct flash_test_result *o)
 {
     print_number("memory_sector", (int32_t)sector, "sector");
-    print_number("memory_rounds", (int32_t)o->rounds, "rounds");
-    print_number("memory_rounds_missing", (int32_t)(ROUND_COUNT - o->rounds), "rounds");
-    print_number("memory_wrong", (int32_t)o->wrong, "pages");
-    print_number("memory_failed", (int32_t)o->failed, "operations");
-    uint32_t pages = o->rounds * NOR_PAGES_PER_SECTOR;
-    print_number("memory_erase", (int32_t)(o->erase_us / (o->rounds + 1u)), "us");
+    print_number("memory_rounds", (int32_t)o->round_count, "rounds");
+    print_number("memory_rounds_missing", (int32_t)(ROUND_COUNT - o->round_count), "rounds");
+    print_number("memory_wrong", (int32_t)o->mismatch_count, "pages");
+    print_number("memory_failed", (int32_t)o->failure_count, "operations");
+    uint32_t pages = o->round_count * NOR_PAGES_PER_SECTOR;
+    print_number("memory_erase", (int32_t)(o->erase_us / (o->round_count + 1u)), "us");
     print_number("memory_erase_most", (int32_t)o->erase_max_us, "us");
     print_number("memory_program", (int32_t)(pages ? o->program_us / pages : 0), "us");
     print_number("memory_program_most", (int32_t)o->program_max_us, "us");

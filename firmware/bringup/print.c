@@ -67,10 +67,10 @@ static uint32_t put_sign(struct line *line, int32_t value)
 
 static void send_line(struct line *line)
 {
-    uint32_t begun = cycle_timer_now();
+    uint32_t start = cycle_timer_now();
     line->bytes[line->length++] = '\n';
     while (!board_serial_send((const uint8_t *)line->bytes, line->length) &&
-           !cycle_timer_has_passed(begun, SEND_TIMEOUT_US)) {
+           !cycle_timer_has_passed(start, SEND_TIMEOUT_US)) {
     }
 }
 
@@ -174,8 +174,8 @@ void print_text(const char *words)
 
 void print_flush(void)
 {
-    uint32_t begun = cycle_timer_now();
-    while (!uart_is_sent() && !cycle_timer_has_passed(begun, SEND_TIMEOUT_US)) {
+    uint32_t start = cycle_timer_now();
+    while (!uart_is_sent() && !cycle_timer_has_passed(start, SEND_TIMEOUT_US)) {
     }
     cycle_timer_wait(LAST_BYTES_US);
 }
@@ -188,15 +188,15 @@ void cycle_timer_start(void)
     DWT_CTRL |= DWT_CTRL_CYCCNTENA;
 }
 
-bool cycle_timer_has_passed(uint32_t begun, uint32_t us)
+bool cycle_timer_has_passed(uint32_t start, uint32_t us)
 {
     watchdog_feed();
-    return cycle_timer_elapsed(begun) / CYCLE_TIMER_MHZ >= us;
+    return cycle_timer_elapsed(start) / CYCLE_TIMER_MHZ >= us;
 }
 
 void cycle_timer_wait(uint32_t us)
 {
-    uint32_t begun = cycle_timer_now();
-    while (!cycle_timer_has_passed(begun, us)) {
+    uint32_t start = cycle_timer_now();
+    while (!cycle_timer_has_passed(start, us)) {
     }
 }

@@ -53,13 +53,13 @@ static inline uint32_t cycle_timer_now(void)
 {
     return DWT_CYCCNT;
 }
-static inline uint32_t cycle_timer_elapsed(uint32_t begun)
+static inline uint32_t cycle_timer_elapsed(uint32_t start)
 {
-    return DWT_CYCCNT - begun;
+    return DWT_CYCCNT - start;
 }
-/* True once `us` microseconds (at most 20 s) have passed since `begun`. Also resets the counter of
+/* True once `us` microseconds (at most 20 s) have passed since `start`. Also resets the counter of
  * the watchdog. */
-bool cycle_timer_has_passed(uint32_t begun, uint32_t us);
+bool cycle_timer_has_passed(uint32_t start, uint32_t us);
 void cycle_timer_wait(uint32_t us);
 
 #endif

@@ -46,10 +46,10 @@ static uint8_t check_image(struct mr_image *image, uint32_t *crc)
     enum mr_status status = mr_image_decode(image, (const uint8_t *)MR_FLASH);
     *crc = mr_crc32(0, program_start, (size_t)(program_end - program_start));
     if (status == MR_UNKNOWN || status == MR_VERSION)
-        return MR_IMAGE_NONE;
+        return MR_IMAGE_NO_HEADER;
     if (status != MR_OK)
-        return MR_IMAGE_HEADER;
-    return image->program_crc == *crc ? MR_IMAGE_GOOD : MR_IMAGE_PROGRAM;
+        return MR_IMAGE_HEADER_DAMAGED;
+    return image->program_crc == *crc ? MR_IMAGE_INTACT : MR_IMAGE_PROGRAM_DAMAGED;
 }
 
 bool board_image_check(bool *good)
@@ -57,8 +57,8 @@ bool board_image_check(bool *good)
     struct mr_image image;
     uint32_t crc;
     uint8_t state = check_image(&image, &crc);
-    *good = state == MR_IMAGE_GOOD;
-    return state != MR_IMAGE_NONE;
+    *good = state == MR_IMAGE_INTACT;
+    return state != MR_IMAGE_NO_HEADER;
 }
 
 /* ---- start ---- */

@@ -232,7 +232,7 @@ void board_can_clear(void)
     irq_restore(mask);
 }
 
-void board_can_rejoin(bool begin)
+void board_can_leave_bus_off(bool begin)
 {
     if (is_running)
         CAN1->MCR = CAN_MCR_TXFP | (begin ? CAN_MCR_INRQ : 0);

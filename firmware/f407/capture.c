@@ -72,8 +72,8 @@ static size_t get_captures(unsigned stream, const volatile uint32_t *captured, u
 
 /* Drops captures that are too old to be ordered: an old capture would look like a future one and
  * would block all later ones. */
-static void drop_old_captures(unsigned stream, const volatile uint32_t *captured, unsigned size,
-                              unsigned *taken, uint8_t detail)
+static void discard_old_captures(unsigned stream, const volatile uint32_t *captured, unsigned size,
+                                 unsigned *taken, uint8_t detail)
 {
     unsigned head = (size - DMA1->stream[stream].NDTR) % size;
     while (*taken != head && TIM2->CNT - captured[*taken] > AGE_MAX_TICKS) {
@@ -82,13 +82,13 @@ static void drop_old_captures(unsigned stream, const volatile uint32_t *captured
     }
 }
 
-void capture_drop_old(void)
+void capture_discard_old(void)
 {
-    drop_old_captures(EDGE_STREAM, edge_tick, EDGE_CAPTURES, &next_edge_capture, DETAIL_TOO_OLD);
+    discard_old_captures(EDGE_STREAM, edge_tick, EDGE_CAPTURES, &next_edge_capture, DETAIL_TOO_OLD);
     for (unsigned i = 0; i < BOARD_PULSE_INPUT_COUNT; i++) {
         if (TIM2->DIER & TIM_DIER_CC1DE << get_pulse_channel((enum board_pulse_input)i))
-            drop_old_captures(pulse_stream[i], pulse_tick[i], PULSE_CAPTURES,
-                              &next_pulse_capture[i], DETAIL_PULSES);
+            discard_old_captures(pulse_stream[i], pulse_tick[i], PULSE_CAPTURES,
+                                 &next_pulse_capture[i], DETAIL_PULSES);
     }
 }
 

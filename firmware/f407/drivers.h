@@ -29,7 +29,7 @@ bool scan_is_block_ready(void);
 void capture_start(void);
 /* Drops captures that are too old to be processed, and counts them as lost. Call it often enough
  * that their ticks cannot wrap. */
-void capture_drop_old(void);
+void capture_discard_old(void);
 void can_start(void);
 /* nor.c: starts SPI2 and the memory of the black box, which counts as missing before this call. */
 void nor_start(void);

@@ -28,7 +28,7 @@ static struct {
 } crash_record __attribute__((section(".noinit")));
 
 static struct {
-    uint8_t restarts, in_row, late_task, crystal_stops;
+    uint8_t restarts, consecutive, late_task, crystal_stops;
     uint32_t late_pc;
     uint32_t image_crc;
     uint32_t crc;
@@ -175,11 +175,11 @@ bool fault_read_record(uint8_t cause)
     if (by_watchdog || crash_record.is_new) {
         restart_record.restarts =
             (uint8_t)(restart_record.restarts + (restart_record.restarts < UINT8_MAX));
-        restart_record.in_row =
-            (uint8_t)(restart_record.in_row + (restart_record.in_row < UINT8_MAX));
+        restart_record.consecutive =
+            (uint8_t)(restart_record.consecutive + (restart_record.consecutive < UINT8_MAX));
     } else {
         /* the restart was due to power, the reset button or a command, so the counts start anew */
-        restart_record.in_row = restart_record.crystal_stops = 0;
+        restart_record.consecutive = restart_record.crystal_stops = 0;
     }
     if (crash_record.is_new && crash_record.words[MR_CRASH_KIND] == MR_CRASH_CRYSTAL)
         restart_record.crystal_stops =
@@ -189,8 +189,8 @@ bool fault_read_record(uint8_t cause)
     restart_record.late_task = 0;
     restart_record.late_pc = 0;
     last_restart.restarts = restart_record.restarts;
-    last_restart.consecutive = restart_record.in_row;
-    last_restart.is_safe_mode = restart_record.in_row >= QUIET_RESTARTS_MIN;
+    last_restart.consecutive = restart_record.consecutive;
+    last_restart.is_safe_mode = restart_record.consecutive >= QUIET_RESTARTS_MIN;
     seal_restart_record();
     tasks_start();
     return last_restart.is_safe_mode;
@@ -221,7 +221,7 @@ void board_record_late_task(uint8_t task, uint32_t pc)
 
 void board_reset_restart_count(void)
 {
-    restart_record.in_row = 0;
+    restart_record.consecutive = 0;
     seal_restart_record();
 }
 

@@ -74,15 +74,15 @@ void pins_configure(void)
         set_pin((enum pin_signal)signal);
 }
 
-void pins_set_i2c_mode(enum pins_i2c_mode way)
+void pins_set_i2c_mode(enum pins_i2c_mode bus_mode)
 {
     static const enum pin_signal both[] = {PIN_THERMOMETER_CLOCK, PIN_THERMOMETER_DATA};
     for (unsigned i = 0; i < 2; i++) {
         struct pin_location at = pin_location(both[i]);
         at.port->OTYPER |= 1u << at.pin;
-        if (way == PINS_I2C_BUS)
+        if (bus_mode == PINS_I2C_BUS)
             set_function(at, I2C1_FUNCTION);
         else
-            set_mode(at, way == PINS_I2C_CLOCKED ? OUTPUT_MODE : INPUT_MODE);
+            set_mode(at, bus_mode == PINS_I2C_CLOCKED ? OUTPUT_MODE : INPUT_MODE);
     }
 }

@@ -47,6 +47,6 @@ void pins_configure(void);
 /* Mode of the thermometer's two pins: inputs (unused), I2C1, or open-drain outputs to clock a stuck
  * bus. */
 enum pins_i2c_mode { PINS_I2C_NONE, PINS_I2C_BUS, PINS_I2C_CLOCKED };
-void pins_set_i2c_mode(enum pins_i2c_mode way);
+void pins_set_i2c_mode(enum pins_i2c_mode bus_mode);
 
 #endif

@@ -301,7 +301,7 @@ static void restart_scans(const struct mr_scan *with)
         }
         irq_restore(mask);
         if (now) {
-            capture_drop_old();
+            capture_discard_old();
             return;
         }
     }

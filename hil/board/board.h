@@ -4,7 +4,7 @@
  *     struct hil_board *board = hil_board_create(&options);
  *     hil_board_load_elf(board, "build/firmware/matrig.elf");
  *     hil_board_attach_rig(board, &run);             (optional; see hil/rig/runfile.h)
- *     hil_board_run_until(board, 10 * HIL_SECOND_PS);
+ *     hil_board_run_until(board, 10 * HIL_PS_PER_S);
  *
  * Time: virtual time counts HCLK cycles. An instruction takes one cycle (or options.cpi), an
  * exception entry 12, an exception return 10. This is an approximation: wait states, flash cache

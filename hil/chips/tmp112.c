@@ -11,8 +11,8 @@
 #define CONFIG_SD             0x01u
 #define CONFIG_AL             0x20u /* bits of the second byte; AL is read-only */
 #define CONFIG_EM             0x10u
-#define TYPICAL_CONVERSION_PS (26u * HIL_MS_PS)
-#define MAX_CONVERSION_PS     (35u * HIL_MS_PS)
+#define TYPICAL_CONVERSION_PS (26u * HIL_PS_PER_MS)
+#define MAX_CONVERSION_PS     (35u * HIL_PS_PER_MS)
 
 static uint64_t draw_conversion_ps(struct hil_tmp112_device *dev)
 {
@@ -62,7 +62,7 @@ static void advance_conversion(struct hil_tmp112_device *dev)
                                                 chip->conversion_begin_ps + chip->conversion_ps);
     } else if (!(chip->config[0] & CONFIG_SD) &&
                now_ps >= chip->conversion_begin_ps + chip->conversion_ps) {
-        uint64_t period_ps = period_ms[chip->config[1] >> 6] * HIL_MS_PS;
+        uint64_t period_ps = period_ms[chip->config[1] >> 6] * HIL_PS_PER_MS;
         uint64_t n = (now_ps - chip->conversion_begin_ps - chip->conversion_ps) / period_ps;
         chip->result_code = convert_temperature(dev, chip->conversion_begin_ps +
                                                          chip->conversion_ps + n * period_ps);

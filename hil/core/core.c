@@ -26,7 +26,7 @@ void hil_core_stop(struct hil_core *core, enum mr_status status, const char *for
 void hil_core_trace_line(struct hil_core *core, const char *format, ...)
 {
     va_list arguments;
-    uint64_t t_ns = hil_now_ps(core) / HIL_NS_PS;
+    uint64_t t_ns = hil_now_ps(core) / HIL_PS_PER_NS;
     fprintf(core->trace, "%4llu.%09llu ", (unsigned long long)(t_ns / 1000000000u),
             (unsigned long long)(t_ns % 1000000000u));
     va_start(arguments, format);
@@ -71,14 +71,14 @@ __extension__ typedef unsigned __int128 uint128;
 
 static void set_clock_hz(struct hil_clock *clock, uint32_t hclk_hz)
 {
-    uint64_t a = HIL_SECOND_PS, b = hclk_hz;
+    uint64_t a = HIL_PS_PER_S, b = hclk_hz;
     while (b) { /* greatest common divisor */
         uint64_t rest = a % b;
         a = b;
         b = rest;
     }
     clock->hclk_hz = clock->ratio_hclk_hz = hclk_hz;
-    clock->ratio_ps = HIL_SECOND_PS / a;
+    clock->ratio_ps = HIL_PS_PER_S / a;
     clock->ratio_cycles = hclk_hz / a;
 }
 
@@ -93,14 +93,14 @@ uint64_t hil_clock_ps_at_cycle(const struct hil_clock *clock, uint64_t cycle)
     /* just before a change of HCLK, the new frequency already applies to the last cycles */
     if (cycle < clock->anchor_cycle)
         return clock->anchor_ps -
-               (uint64_t)((uint128)(clock->anchor_cycle - cycle) * HIL_SECOND_PS / clock->hclk_hz);
+               (uint64_t)((uint128)(clock->anchor_cycle - cycle) * HIL_PS_PER_S / clock->hclk_hz);
     uint64_t cycles = cycle - clock->anchor_cycle, product;
     /* A product of 64 bits does not overflow for days at common clock rates, and is four times
      * faster than `uint128`. */
     if (clock->ratio_hclk_hz == clock->hclk_hz &&
         !__builtin_mul_overflow(cycles, clock->ratio_ps, &product))
         return clock->anchor_ps + product / clock->ratio_cycles;
-    uint128 ps = (uint128)(cycle - clock->anchor_cycle) * HIL_SECOND_PS / clock->hclk_hz;
+    uint128 ps = (uint128)(cycle - clock->anchor_cycle) * HIL_PS_PER_S / clock->hclk_hz;
     return clock->anchor_ps + (uint64_t)ps;
 }
 
@@ -115,8 +115,8 @@ uint64_t hil_clock_cycle_at_ps(const struct hil_clock *clock, uint64_t t_ps)
         !__builtin_mul_overflow(t_ps - clock->anchor_ps, clock->ratio_cycles, &product) &&
         !__builtin_add_overflow(product, clock->ratio_ps - 1u, &product))
         return clock->anchor_cycle + product / clock->ratio_ps;
-    uint128 cycles = ((uint128)(t_ps - clock->anchor_ps) * clock->hclk_hz + (HIL_SECOND_PS - 1)) /
-                     HIL_SECOND_PS;
+    uint128 cycles = ((uint128)(t_ps - clock->anchor_ps) * clock->hclk_hz + (HIL_PS_PER_S - 1)) /
+                     HIL_PS_PER_S;
     return clock->anchor_cycle + (uint64_t)cycles;
 }
 
@@ -407,7 +407,7 @@ struct hil_timestamp hil_access_timestamp(const struct hil_core *core)
 
 /* --- refusals --- */
 
-void hil_bus_stop(struct hil_core *core, const char *why, const char *what)
+void hil_bus_stop(struct hil_core *core, const char *reason, const char *detail)
 {
     struct hil_access current = core->bus.access;
     const struct hil_peripheral *p = hil_peripheral_at(&core->bus, current.address);
@@ -417,9 +417,9 @@ void hil_bus_stop(struct hil_core *core, const char *why, const char *what)
         snprintf(place, sizeof place, " (%s + 0x%x)",
                  core->bus.peripheral_registers[p - core->bus.peripheral]->peripheral,
                  (unsigned)(current.address - p->base));
-    hil_core_stop(core, MR_UNMODELLED, "%s %s of %u bytes at 0x%08x%s, PC 0x%08x%s%s", why,
+    hil_core_stop(core, MR_UNMODELLED, "%s %s of %u bytes at 0x%08x%s, PC 0x%08x%s%s", reason,
                   current.is_write ? "write" : "read", current.size, (unsigned)current.address,
-                  place, pc, what ? ": " : "", what ? what : "");
+                  place, pc, detail ? ": " : "", detail ? detail : "");
 }
 
 uint32_t hil_bus_refuse(struct hil_core *core, const char *what)

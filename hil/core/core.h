@@ -404,9 +404,9 @@ struct hil_timestamp hil_timestamp_at_cycle(const struct hil_core *core, uint64_
 uint32_t hil_bus_refuse(struct hil_core *core, const char *what);
 /* As hil_bus_refuse, for a register that is not modelled. */
 uint32_t hil_bus_refuse_register(struct hil_core *core);
-/* Stops the run at the access in progress. The message consists of `why`, the access, and `what`
- * (may be NULL). */
-void hil_bus_stop(struct hil_core *core, const char *why, const char *what);
+/* Stops the run at the access in progress. The message consists of `reason`, the access, and
+ * `detail` (may be NULL). */
+void hil_bus_stop(struct hil_core *core, const char *reason, const char *detail);
 
 /* Event queue: one fixed slot per source, so that the queue consists of a few words without
  * pointers.

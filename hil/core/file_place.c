@@ -59,8 +59,8 @@ static enum mr_status refuse_missing(const struct hil_file_context *at, const ch
     return status;
 }
 
-enum mr_status hil_file_read(const struct hil_file_context *at, size_t most, const char *advice,
-                             char **bytes, size_t *size)
+enum mr_status hil_file_read(const struct hil_file_context *at, size_t max_bytes,
+                             const char *advice, char **bytes, size_t *size)
 {
     FILE *file = fopen(at->path, "rb");
     size_t room = 0;
@@ -70,7 +70,7 @@ enum mr_status hil_file_read(const struct hil_file_context *at, size_t most, con
         return refuse_missing(at, advice);
     if (!file)
         return hil_file_refuse(at, MR_IO, "%s; %s", strerror(errno), advice);
-    while (*size == room && room <= most) {
+    while (*size == room && room <= max_bytes) {
         room = room ? 2 * room : 1u << 20;
         *bytes = realloc(*bytes, room + 1);
         if (!*bytes)
@@ -82,7 +82,7 @@ enum mr_status hil_file_read(const struct hil_file_context *at, size_t most, con
     (*bytes)[*size] = '\0';
     if (failed)
         return hil_file_refuse(at, MR_IO, "cannot be read; %s", advice);
-    return *size <= most
+    return *size <= max_bytes
              ? MR_OK
-             : hil_file_refuse(at, MR_TOO_LONG, "larger than %zu bytes; %s", most, advice);
+             : hil_file_refuse(at, MR_TOO_LONG, "larger than %zu bytes; %s", max_bytes, advice);
 }

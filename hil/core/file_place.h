@@ -21,8 +21,8 @@ __attribute__((format(printf, 3, 4))) enum mr_status hil_file_refuse(
 
 /* Reads a whole file and appends a 0. The caller frees `bytes`, also after a failure. MR_IO: the
  * message ends with `advice`, or, if there is no such file, with the path of the one that came with
- * the program; MR_TOO_LONG: more than `most` bytes. */
-enum mr_status hil_file_read(const struct hil_file_context *at, size_t most, const char *advice,
-                             char **bytes, size_t *size);
+ * the program; MR_TOO_LONG: more than `max_bytes` bytes. */
+enum mr_status hil_file_read(const struct hil_file_context *at, size_t max_bytes,
+                             const char *advice, char **bytes, size_t *size);
 
 #endif

@@ -39,10 +39,10 @@ static inline void hil_callback_invoke(const struct hil_callback *wire)
 /* --- time: hil/core/core.h --- */
 
 /* Units of physical time, in picoseconds. */
-#define HIL_SECOND_PS 1000000000000ull
-#define HIL_MS_PS     1000000000ull
-#define HIL_US_PS     1000000ull
-#define HIL_NS_PS     1000ull
+#define HIL_PS_PER_S  1000000000000ull
+#define HIL_PS_PER_MS 1000000000ull
+#define HIL_PS_PER_US 1000000ull
+#define HIL_PS_PER_NS 1000ull
 #define HIL_NEVER     UINT64_MAX /* a cycle or physical time that is never reached */
 
 struct hil_clock {

@@ -44,10 +44,10 @@ void hil_debug_detach(struct hil_board *board)
     board->core.observers.debugger_context = NULL;
 }
 
-void hil_debug_hold(struct hil_board *board, enum hil_hold_reason why)
+void hil_debug_hold(struct hil_board *board, enum hil_hold_reason reason)
 {
     struct hil_debug *d = get_debugger(board);
-    d->hold_reason = why;
+    d->hold_reason = reason;
     d->is_stepping = false;
 }
 

@@ -62,7 +62,7 @@ struct hil_debug {
  * breakpoints and watchpoints and lets the board run. */
 void hil_debug_attach(struct hil_board *board, struct hil_debug *debug);
 void hil_debug_detach(struct hil_board *board);
-void hil_debug_hold(struct hil_board *board, enum hil_hold_reason why);
+void hil_debug_hold(struct hil_board *board, enum hil_hold_reason reason);
 bool hil_debug_is_holding(const struct hil_board *board);
 
 /* Let the board run, or execute one instruction. */

@@ -302,8 +302,8 @@ static void format_time(const struct hil_board *board, char *text, size_t size)
 {
     uint64_t now_ps = hil_board_now_ps(board);
     snprintf(text, size, "%llu.%09llu s virtual, cycle %llu at %u Hz, %llu instructions\n",
-             (unsigned long long)(now_ps / HIL_SECOND_PS),
-             (unsigned long long)(now_ps % HIL_SECOND_PS / HIL_NS_PS),
+             (unsigned long long)(now_ps / HIL_PS_PER_S),
+             (unsigned long long)(now_ps % HIL_PS_PER_S / HIL_PS_PER_NS),
              (unsigned long long)hil_now_cycle(&board->core),
              (unsigned)board->core.state.clock.hclk_hz,
              (unsigned long long)hil_board_counters(board)->instructions);

@@ -133,7 +133,7 @@ enum mr_status hil_profile_end(struct hil_board *board, const struct mr_symbols 
 {
     struct hil_profile *profile = board->core.observers.profiler_context;
     uint64_t total = profile->rom_instruction_count;
-    struct function_row *rows = hil_allocate((symbols->count + 1u) * sizeof *rows);
+    struct function_row *rows = hil_allocate((symbols->entry_count + 1u) * sizeof *rows);
     size_t count = sum_by_function(profile, symbols, rows);
     for (size_t i = 0; i < count; i++)
         total += rows[i].instructions;

@@ -155,7 +155,7 @@ static void write_changes(void *context, uint64_t at)
     struct hil_vcd *vcd = context;
     const struct hil_board *board = vcd->board;
     uint32_t value[FIXED_SIGNAL_COUNT];
-    uint64_t t_ns = hil_clock_ps_at_cycle(&board->core.state.clock, at) / HIL_NS_PS;
+    uint64_t t_ns = hil_clock_ps_at_cycle(&board->core.state.clock, at) / HIL_PS_PER_NS;
     read_fixed_values(board, value);
     for (unsigned i = 0; i < FIXED_SIGNAL_COUNT; i++)
         change_value(vcd, i, value[i], t_ns);
@@ -177,7 +177,7 @@ static void write_initial_values(struct hil_vcd *vcd)
                   /* the initial values are set without being written */
                   hil_now_cycle(&board->core));
     vcd->is_header_written = true;
-    vcd->t_ns = hil_board_now_ps(board) / HIL_NS_PS;
+    vcd->t_ns = hil_board_now_ps(board) / HIL_PS_PER_NS;
     fprintf(vcd->file, "#%llu\n$dumpvars\n", (unsigned long long)vcd->t_ns);
     for (unsigned i = 0; i < vcd->signal_count; i++)
         write_value(vcd, i);
@@ -217,7 +217,8 @@ enum mr_status hil_vcd_close(struct hil_board *board, char *error, size_t size)
     if (!vcd)
         return MR_OK;
     if (vcd->is_header_written)
-        fprintf(vcd->file, "#%llu\n", (unsigned long long)(hil_board_now_ps(board) / HIL_NS_PS));
+        fprintf(vcd->file, "#%llu\n",
+                (unsigned long long)(hil_board_now_ps(board) / HIL_PS_PER_NS));
     bool failed = ferror(vcd->file) != 0;
     failed |= fclose(vcd->file) != 0;
     if (failed)

@@ -170,7 +170,7 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
     if (strncmp(text, "pty:", 4) == 0 && text[4] && kind == HIL_LINK_SERIAL) {
         link->transport = HIL_LINK_PTY;
         link->path = text + 4;
-        link->is_hung_up = true;
+        link->has_host_closed = true;
         return open_pty(link->path, PTY_BAUD, &link->fd, error, size);
     }
     if (strncmp(text, "file:", 5) == 0 && text[5]) {
@@ -239,7 +239,7 @@ void hil_link_put_bytes(struct hil_link *link, const uint8_t *bytes, size_t n)
     if (link->transport == HIL_LINK_NONE)
         return;
     link->has_moved_data = true;
-    if (link->is_hung_up ||
+    if (link->has_host_closed ||
         (link->drops_when_full && link->output_end - link->output_start + n > BUFFER_MAX_BYTES)) {
         discard_output(link, link->kind == HIL_LINK_CAN ? FRAME_BYTES : n);
         return;
@@ -266,7 +266,7 @@ static void put_candump_line(struct hil_link *link, uint64_t t_ps,
                              const struct hil_can_frame *frame)
 {
     char line[80];
-    uint64_t t_us = t_ps / HIL_US_PS;
+    uint64_t t_us = t_ps / HIL_PS_PER_US;
     int n = snprintf(line, sizeof line, "(%010llu.%06llu) can0 %0*X#",
                      (unsigned long long)(t_us / 1000000u), (unsigned long long)(t_us % 1000000u),
                      frame->is_extended ? 8 : 3, (unsigned)frame->id);
@@ -296,7 +296,7 @@ void hil_link_put_frame(struct hil_link *link, uint64_t t_ps, const struct hil_c
 
 static void disconnect_host(struct hil_link *link)
 {
-    link->is_hung_up = true;
+    link->has_host_closed = true;
     discard_output(link, link->output_end - link->output_start);
     link->output_start = link->output_end = 0;
 }
@@ -314,7 +314,7 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
                               char *error, size_t size)
 {
     int64_t moved = hil_wall_clock_ms();
-    while (link->fd >= 0 && link->output_start < link->output_end && !link->is_hung_up) {
+    while (link->fd >= 0 && link->output_start < link->output_end && !link->has_host_closed) {
         ssize_t n = write_buffered_output(link);
         if (n > 0) {
             link->output_start += (size_t)n;
@@ -374,8 +374,8 @@ static void receive_pty(struct hil_link *link, struct hil_board *board)
     uint8_t bytes[4096];
     size_t room = hil_usart_free_space(&board->mcu.usart);
     uint32_t baud = get_pty_baud(link->fd);
-    link->is_hung_up = !is_pty_in_use(link->fd);
-    if (link->is_hung_up) {
+    link->has_host_closed = !is_pty_in_use(link->fd);
+    if (link->has_host_closed) {
         disconnect_host(link);
         return;
     }
@@ -398,7 +398,7 @@ void hil_link_receive(struct hil_link *link, struct hil_board *board)
     uint8_t bytes[4096];
     if (link->transport == HIL_LINK_PTY && link->fd >= 0)
         receive_pty(link, board);
-    if (link->transport != HIL_LINK_UNIX || link->fd < 0 || link->is_hung_up)
+    if (link->transport != HIL_LINK_UNIX || link->fd < 0 || link->has_host_closed)
         return;
     for (;;) {
         ssize_t n = recv(link->fd, bytes, sizeof bytes, MSG_DONTWAIT);

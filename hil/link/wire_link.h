@@ -30,7 +30,7 @@ struct hil_link {
     size_t output_start, output_end, capacity;
     /* when the buffer is full, output is dropped instead of enlarging the buffer */
     bool drops_when_full;
-    bool is_hung_up;           /* the host has closed its end (a host may open a pty again) */
+    bool has_host_closed;      /* the host has closed its end (a host may open a pty again) */
     bool has_moved_data;       /* pty: data were transferred since the last check */
     uint32_t baud;             /* pty: baud rate that was last reported to the board */
     uint64_t dropped_count;    /* number of dropped frames (CAN) or bytes (serial) */

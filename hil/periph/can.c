@@ -195,7 +195,7 @@ static bool is_other_node_ready(struct hil_can_device *dev, uint64_t at)
 }
 
 /* If the bus is free, starts the frame that wins arbitration. */
-static void try_start(struct hil_can_device *dev, uint64_t at)
+static void try_start_frame(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
     if (c->phase != HIL_CAN_IDLE || !is_on_bus(c))
@@ -248,7 +248,7 @@ static void try_start(struct hil_can_device *dev, uint64_t at)
 
 void hil_can_other_node_event(void *device, uint64_t at)
 {
-    try_start(device, at);
+    try_start_frame(device, at);
 }
 
 /* Enters a state that ends after a number of recessive bits in a row. It cannot end while the bus
@@ -378,7 +378,7 @@ static void fail_transmission(struct hil_can_device *dev, unsigned m, enum hil_c
         hil_trace(dev->core, "CAN bus-off");
         begin_recovery(dev, at, (c->mcr & MCR_ABOM) != 0);
     } else {
-        enter_phase(dev, HIL_CAN_GAP, at,
+        enter_phase(dev, HIL_CAN_INTERMISSION, at,
                     HIL_CAN_INTERMISSION_BITS + (c->tec > 127 ? SUSPEND_BITS : 0));
     }
 }
@@ -392,7 +392,7 @@ static void end_frame(struct hil_can_device *dev, uint64_t at)
         dev->core->state.counters.can_errors++;
         c->esr = LEC_CRC << 4;
         c->rec++;
-        enter_phase(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
+        enter_phase(dev, HIL_CAN_INTERMISSION, at, HIL_CAN_INTERMISSION_BITS);
         return;
     }
     if (c->sender == HIL_CAN_SENDER_OTHER_NODE) {
@@ -405,7 +405,7 @@ static void end_frame(struct hil_can_device *dev, uint64_t at)
         dev->core->state.counters.can_frames_in++;
         c->esr = 0;
         c->rec = c->rec > 127 ? 120 : c->rec ? c->rec - 1 : 0;
-        enter_phase(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
+        enter_phase(dev, HIL_CAN_INTERMISSION, at, HIL_CAN_INTERMISSION_BITS);
         receive_frame(dev, &frame);
         return;
     }
@@ -421,7 +421,7 @@ static void end_frame(struct hil_can_device *dev, uint64_t at)
     if (c->tec)
         c->tec--;
     end_mailbox(dev, m, 2u);
-    enter_phase(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
+    enter_phase(dev, HIL_CAN_INTERMISSION, at, HIL_CAN_INTERMISSION_BITS);
     if (loopback)
         receive_frame(dev, &frame);
     if (!silent && bus == HIL_CAN_CONNECTED) {
@@ -484,7 +484,7 @@ void hil_can_event(void *device, uint64_t at)
     default: c->phase = HIL_CAN_IDLE; break;
     }
     update_mode(dev, at);
-    try_start(dev, at);
+    try_start_frame(dev, at);
 }
 
 enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_frame *frame)
@@ -497,7 +497,7 @@ enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_f
     c->other_node_queue[(c->other_node_queue_head + c->other_node_queue_count) %
                         HIL_CAN_QUEUE_LENGTH] = *frame;
     c->other_node_queue_count++;
-    try_start(dev, hil_now_cycle(dev->core));
+    try_start_frame(dev, hil_now_cycle(dev->core));
     return MR_OK;
 }
 
@@ -526,7 +526,7 @@ static void end_jam(struct hil_can_device *dev, uint64_t at)
     else if (c->phase == HIL_CAN_BUS_OFF && (c->mcr & MCR_ABOM))
         enter_phase(dev, HIL_CAN_BUS_OFF, at, RECOVERY_BITS);
     else if (c->phase == HIL_CAN_JAMMED) /* the time of error delimiter and intermission follows */
-        enter_phase(dev, HIL_CAN_GAP, at, JOIN_BUS_BITS);
+        enter_phase(dev, HIL_CAN_INTERMISSION, at, JOIN_BUS_BITS);
 }
 
 void hil_can_set_bus(struct hil_can_device *dev, enum hil_can_bus can_bus)
@@ -538,7 +538,7 @@ void hil_can_set_bus(struct hil_can_device *dev, enum hil_can_bus can_bus)
         begin_jam(dev, now);
     else if (before == HIL_CAN_DOMINANT && can_bus != HIL_CAN_DOMINANT)
         end_jam(dev, now);
-    try_start(dev, now);
+    try_start_frame(dev, now);
 }
 
 void hil_can_reset(void *device, unsigned unit)
@@ -651,7 +651,7 @@ static void write_mailbox(struct hil_can_device *dev, uint32_t offset, uint32_t 
         c->mailbox[m].request_number = c->request_count++;
         dev->core->state.counters.can_mailboxes_refilled += c->tsr >> (8u * m) & 1u;
         c->tsr &= ~(0xfu << (8u * m));
-        try_start(dev, hil_now_cycle(dev->core));
+        try_start_frame(dev, hil_now_cycle(dev->core));
     }
 }
 

@@ -37,12 +37,12 @@ struct hil_can_received_frame {
 
 enum hil_can_phase {
     HIL_CAN_IDLE,
-    HIL_CAN_FRAME,   /* from start of frame to the end of the frame or of an error */
-    HIL_CAN_GAP,     /* intermission, and the pause after it that a passive node must make */
-    HIL_CAN_JOINING, /* leaving initialisation: waiting for 11 recessive bits */
-    HIL_CAN_BUS_OFF, /* bus-off: waiting for recovery */
-    HIL_CAN_JAMMED,  /* the bus is held dominant: the error counters rise */
-    HIL_CAN_LEAVING, /* entering initialisation */
+    HIL_CAN_FRAME,        /* from start of frame to the end of the frame or of an error */
+    HIL_CAN_INTERMISSION, /* intermission, and the pause after it that a passive node must make */
+    HIL_CAN_JOINING,      /* leaving initialisation: waiting for 11 recessive bits */
+    HIL_CAN_BUS_OFF,      /* bus-off: waiting for recovery */
+    HIL_CAN_JAMMED,       /* the bus is held dominant: the error counters rise */
+    HIL_CAN_LEAVING,      /* entering initialisation */
 };
 
 struct hil_can {

@@ -99,7 +99,7 @@ static uint64_t draw_biased_bits(unsigned permille, uint64_t *random)
     return bits;
 }
 
-void hil_cells_change_partly(uint8_t *cells, const uint8_t *wanted, size_t n, unsigned permille,
+void hil_cells_change_partly(uint8_t *cells, const uint8_t *target, size_t n, unsigned permille,
                              uint64_t *random)
 {
     uint64_t changes = 0;
@@ -107,7 +107,7 @@ void hil_cells_change_partly(uint8_t *cells, const uint8_t *wanted, size_t n, un
         if (i % 8u == 0)
             changes = permille >= 1000 ? UINT64_MAX : draw_biased_bits(permille, random);
         uint8_t mask = (uint8_t)(changes >> (8u * (i % 8u)));
-        cells[i] = (uint8_t)((cells[i] & ~mask) | ((wanted ? wanted[i] : 0xffu) & mask));
+        cells[i] = (uint8_t)((cells[i] & ~mask) | ((target ? target[i] : 0xffu) & mask));
     }
 }
 
@@ -174,12 +174,12 @@ static void change_cells_partly(struct hil_flash_device *dev, unsigned permille)
 {
     struct hil_flash *flash = dev->state;
     uint8_t *cells = dev->core->memory->flash + flash->address;
-    uint8_t wanted[4];
+    uint8_t target[4];
     switch (flash->operation) {
     case HIL_FLASH_PROGRAM:
         for (unsigned i = 0; i < flash->size; i++)
-            wanted[i] = (uint8_t)(cells[i] & flash->value >> (8u * i));
-        hil_cells_change_partly(cells, wanted, flash->size, permille, &flash->random_state);
+            target[i] = (uint8_t)(cells[i] & flash->value >> (8u * i));
+        hil_cells_change_partly(cells, target, flash->size, permille, &flash->random_state);
         break;
     case HIL_FLASH_ERASE_SECTOR:
     case HIL_FLASH_ERASE_ALL:

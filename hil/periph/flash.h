@@ -91,10 +91,10 @@ uint32_t hil_flash_option_word(const struct hil_flash_device *dev, unsigned word
 uint64_t hil_cell_operation_ps(enum hil_cell_times times, uint32_t typical_us, uint32_t maximum_us,
                                uint64_t *random);
 
-/* Computes the content after an operation that was to change the n bytes of `cells` to `wanted`
+/* Computes the content after an operation that was to change the n bytes of `cells` to `target`
  * (NULL: to 0xff) and was interrupted after `permille` of its time. Each bit that was to change has
  * done so with the probability permille / 1000, independently of the others. */
-void hil_cells_change_partly(uint8_t *cells, const uint8_t *wanted, size_t n, unsigned permille,
+void hil_cells_change_partly(uint8_t *cells, const uint8_t *target, size_t n, unsigned permille,
                              uint64_t *random);
 
 #endif

@@ -20,7 +20,7 @@ void hil_gpio_add_listener(struct hil_gpio_device *dev, void (*changed)(void *co
     dev->listener[dev->listener_count++] = (struct hil_pin_listener){context, changed};
 }
 
-bool hil_gpio_is_high_at_rest(const void *context, unsigned channel, bool *drives)
+bool hil_gpio_level_always_high(const void *context, unsigned channel, bool *drives)
 {
     (void)context;
     (void)channel;

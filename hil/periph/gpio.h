@@ -72,7 +72,7 @@ struct hil_gpio_device {
 void hil_gpio_add_listener(struct hil_gpio_device *dev, void (*changed)(void *context, uint64_t at),
                            void *context);
 /* Level function of a peripheral whose pin is always high, because its edges are not modelled. */
-bool hil_gpio_is_high_at_rest(const void *context, unsigned channel, bool *drives);
+bool hil_gpio_level_always_high(const void *context, unsigned channel, bool *drives);
 
 /* A function that the bus calls; `device` is a struct hil_gpio_device, `unit` a port. */
 void hil_gpio_reset_port(void *device, unsigned unit);

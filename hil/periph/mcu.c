@@ -148,9 +148,9 @@ static void attach_to_pins(struct hil_mcu *mcu)
     const struct hil_board_type *type = mcu->options->type;
     /* output of the serial link */
     mcu->pin[2] = (struct hil_pin){NULL, type->serial_alternate_function, 0,
-                                   hil_gpio_is_high_at_rest, NULL};
+                                   hil_gpio_level_always_high, NULL};
     /* PD1, CAN1_TX: recessive */
-    mcu->pin[3] = (struct hil_pin){NULL, 9, 0, hil_gpio_is_high_at_rest, NULL};
+    mcu->pin[3] = (struct hil_pin){NULL, 9, 0, hil_gpio_level_always_high, NULL};
     for (unsigned i = 0; i < HIL_CAPTURE_CHANNELS; i++) {
         const struct hil_capture_pin *pin = &hil_capture_pins[i];
         mcu->pin[4 + i] = (struct hil_pin){&mcu->tim, 1, i, NULL, hil_tim2_input_edge};

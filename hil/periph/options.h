@@ -112,7 +112,7 @@ struct hil_options {
     enum hil_cell_times cell_times; /* duration of flash and NOR operations */
     enum hil_rules_mode rules_mode;
     /* bit mask (enum hil_rule): violations of these rules are counted and do not stop the run */
-    uint32_t rules_only_counted;
+    uint32_t counted_rules;
     double cycles_per_instruction; /* virtual cycles per instruction, at least 1 */
     /* fault on multiple and double transfers that are not aligned to words; two to three times
      * slower, because every instruction is checked */

@@ -5,9 +5,9 @@
 #include "hil/periph/options.h"
 #include "hil/periph/rules.h"
 
-#define HSE_START_PS (2ull * HIL_MS_PS)
-#define PLL_LOCK_PS  (200ull * HIL_US_PS)
-#define LSI_START_PS (40ull * HIL_US_PS)
+#define HSE_START_PS (2ull * HIL_PS_PER_MS)
+#define PLL_LOCK_PS  (200ull * HIL_PS_PER_US)
+#define LSI_START_PS (40ull * HIL_PS_PER_US)
 #define HSI_HZ       16000000u
 
 #define RCC_BASE        0x40023800u
@@ -500,7 +500,7 @@ void hil_iwdg_reset(struct hil_iwdg_device *dev)
 
 static uint64_t get_lsi_ps(const struct hil_iwdg_device *dev, uint64_t lsi_cycles)
 {
-    return lsi_cycles * HIL_SECOND_PS / dev->options->lsi_hz;
+    return lsi_cycles * HIL_PS_PER_S / dev->options->lsi_hz;
 }
 
 static void reload_watchdog(struct hil_iwdg_device *dev)

@@ -71,7 +71,7 @@ static void format_place(const struct hil_rules_device *dev, uint32_t pc, char *
 static bool is_only_counted(const struct hil_rules_device *dev, enum hil_rule rule)
 {
     return dev->options->rules_mode == HIL_RULES_COUNT ||
-           (dev->options->rules_only_counted >> rule & 1u);
+           (dev->options->counted_rules >> rule & 1u);
 }
 
 static void stop_on_violation(struct hil_rules_device *dev, enum hil_rule rule)

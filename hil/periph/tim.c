@@ -483,7 +483,7 @@ static uint64_t get_period_ps(const struct hil_tim11_device *dev)
     uint32_t divider = rcc->cfgr >> 16 & 0x1fu;
     if (t->or != OR_HSE_RTC || divider < 2 || !(rcc->cr & CR_HSERDY))
         return HIL_NEVER;
-    return HIL_SECOND_PS * divider * (1u << (t->ccmr1 >> 2 & 3u)) / dev->options->hse_hz;
+    return HIL_PS_PER_S * divider * (1u << (t->ccmr1 >> 2 & 3u)) / dev->options->hse_hz;
 }
 
 static uint32_t get_tim11_count(const struct hil_tim11_device *dev, uint64_t at_ps)

@@ -247,7 +247,7 @@ void hil_usart_on_dma_enabled(void *device)
 
 static uint64_t get_host_frame_ps(const struct hil_usart_device *dev)
 {
-    return get_bits_per_frame(get_host_parity(dev)) * HIL_SECOND_PS / dev->options->host_baud;
+    return get_bits_per_frame(get_host_parity(dev)) * HIL_PS_PER_S / dev->options->host_baud;
 }
 
 static void receive_frame(struct hil_usart_device *dev, uint16_t value, uint32_t errors)
@@ -296,7 +296,7 @@ bool hil_usart_line_in(const void *device, unsigned channel, bool *drives)
     if (!u->input_queue_count || end_ps == HIL_NEVER || now_ps >= end_ps ||
         now_ps + frame_ps < end_ps)
         return true;
-    uint64_t bit = (now_ps + frame_ps - end_ps) * dev->options->host_baud / HIL_SECOND_PS;
+    uint64_t bit = (now_ps + frame_ps - end_ps) * dev->options->host_baud / HIL_PS_PER_S;
     return (get_frame_levels(u->input_queue[u->input_queue_head], get_host_parity(dev)) >> bit &
             1u) != 0;
 }
@@ -343,7 +343,7 @@ void hil_usart_rx_event(void *device, uint64_t at)
             u->input_queue_head = (u->input_queue_head + 1u) % HIL_USART_QUEUE_LENGTH;
             u->input_queue_count--;
         }
-        if (now_ps >= u->receiver_on_ps + get_host_frame_ps(dev))
+        if (now_ps >= u->receiver_enabled_ps + get_host_frame_ps(dev))
             receive_from_line(dev, byte);
         u->is_idle_event_next = u->input_queue_count == 0;
         hil_event_set_ps(dev->core, HIL_EVENT_USART_RX, now_ps + get_host_frame_ps(dev));
@@ -434,7 +434,7 @@ void hil_usart_write(void *device, unsigned unit, uint32_t offset, uint32_t valu
         if (!(value & CR1_PCE) != !(value & CR1_M))
             hil_bus_refuse(dev->core, "break, mute, and frames other than 8N1, 8E1 and 8O1");
         if ((value & ~u->cr1) & (CR1_UE | CR1_RE))
-            u->receiver_on_ps = hil_now_ps(dev->core);
+            u->receiver_enabled_ps = hil_now_ps(dev->core);
         u->cr1 = value;
         break;
     default: u->word[offset / 4u] = value; break;

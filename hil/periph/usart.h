@@ -32,7 +32,7 @@ struct hil_usart {
     uint32_t output_count;
     /* receiving */
     /* time at which the receiver was switched on; frames that began earlier are not received */
-    uint64_t receiver_on_ps;
+    uint64_t receiver_enabled_ps;
     uint32_t input_queue_head, input_queue_count;
     bool is_delay_over;      /* the delay of the next byte is over */
     bool is_idle_event_next; /* the next event is the idle line after the last byte */

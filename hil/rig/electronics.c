@@ -49,13 +49,13 @@ static double draw_normal(uint64_t *random, double sd)
 
 static uint64_t convert_us_to_ps(double us)
 {
-    return (uint64_t)(us * (double)HIL_US_PS);
+    return (uint64_t)(us * (double)HIL_PS_PER_US);
 }
 
-double hil_electronics_trimmed_zero_lb(double natural_lb, double range_lb, double left_lb)
+double hil_electronics_trimmed_zero_lb(double untrimmed_lb, double range_lb, double residual_lb)
 {
-    double beyond = fabs(natural_lb) - range_lb;
-    return left_lb + (beyond > 0.0 ? copysign(beyond, natural_lb) : 0.0);
+    double beyond = fabs(untrimmed_lb) - range_lb;
+    return residual_lb + (beyond > 0.0 ? copysign(beyond, untrimmed_lb) : 0.0);
 }
 
 static void make_ideal(struct hil_electronics *e, const struct hil_options *options)

@@ -73,7 +73,7 @@ void hil_electronics_set_up(struct hil_electronics *electronics, const struct hi
 void hil_electronics_chip_uid(uint64_t seed, uint32_t uid[3]);
 
 /* Returns the zero of a bridge after the balance trim, which has a range of +-`range_lb`: what
- * remains is `left_lb` plus any offset beyond the range. */
-double hil_electronics_trimmed_zero_lb(double natural_lb, double range_lb, double left_lb);
+ * remains is `residual_lb` plus any offset beyond the range. */
+double hil_electronics_trimmed_zero_lb(double untrimmed_lb, double range_lb, double residual_lb);
 
 #endif

@@ -41,7 +41,7 @@ __attribute__((format(printf, 4, 5))) static void fault_report(struct hil_core *
     hil_trace(core, "fault: %s", text);
     if (!log)
         return;
-    uint64_t t_ns = hil_now_ps(core) / HIL_NS_PS;
+    uint64_t t_ns = hil_now_ps(core) / HIL_PS_PER_NS;
     fprintf(log, "fault at %llu.%09llu s: %s", (unsigned long long)(t_ns / 1000000000u),
             (unsigned long long)(t_ns % 1000000000u), text);
     if (file_line)
@@ -78,13 +78,13 @@ static bool apply_line_fault(void *device, enum hil_line line, enum hil_line_fau
 {
     struct hil_lines_device *dev = device;
     struct hil_line_effect *effect = &dev->state->effect[line][kind];
-    if (!effect->units_left)
+    if (!effect->remaining_units)
         return false;
     if (effect->probability < 1.0 &&
         (double)draw_number_below(dev, 1u << 30) >= effect->probability * 0x1p30)
         return false;
-    if (effect->units_left != HIL_FAULT_NO_LIMIT)
-        effect->units_left--;
+    if (effect->remaining_units != HIL_FAULT_NO_LIMIT)
+        effect->remaining_units--;
     fault_report(dev->core, dev->options->fault_log, effect->file_line, "%s: %s 0x%02x %s",
                  line_names[line], what, (unsigned)number, kind_names[kind]);
     return true;
@@ -131,7 +131,7 @@ static void send_bytes(struct hil_lines_device *dev, uint64_t t_ps, const uint8_
         dev->callbacks.on_serial_bytes(dev->callbacks.context, t_ps, bytes, n);
 }
 
-static void release_bytes(struct hil_lines_device *dev, uint64_t t_ps)
+static void release_delayed_bytes(struct hil_lines_device *dev, uint64_t t_ps)
 {
     struct hil_lines *lines = dev->state;
     send_bytes(dev, t_ps, lines->delayed_bytes, lines->delayed_byte_count);
@@ -144,7 +144,7 @@ static void deliver_bytes(struct hil_lines_device *dev, uint64_t t_ps, const uin
 {
     struct hil_lines *lines = dev->state;
     if (lines->delayed_byte_count + n > HIL_FAULT_DELAYED_BYTES_MAX)
-        release_bytes(dev, t_ps);
+        release_delayed_bytes(dev, t_ps);
     if (lines->delayed_bytes_due_ps == HIL_NEVER) {
         send_bytes(dev, t_ps, bytes, n);
         return;
@@ -163,7 +163,7 @@ static void serial_out(void *device, uint64_t t_ps, uint8_t *bytes, size_t n)
     if (dev->pin_callbacks.on_serial_bytes)
         dev->pin_callbacks.on_serial_bytes(dev->pin_callbacks.context, t_ps, bytes, n);
     for (unsigned kind = 0; kind < HIL_LINE_FRAMING; kind++)
-        any |= lines->effect[HIL_SERIAL_OUT][kind].units_left != 0;
+        any |= lines->effect[HIL_SERIAL_OUT][kind].remaining_units != 0;
     for (size_t i = 0; any && i < n; i++) {
         if (apply_line_fault(dev, HIL_SERIAL_OUT, HIL_LINE_DROP, "byte", bytes[i])) {
             deliver_bytes(dev, t_ps, bytes + from, i - from);
@@ -207,7 +207,7 @@ static void on_delayed_output_due(void *device, uint64_t at)
         deliver_frame(dev, now_ps, &frame);
     }
     if (lines->delayed_bytes_due_ps <= now_ps)
-        release_bytes(dev, now_ps);
+        release_delayed_bytes(dev, now_ps);
     schedule_delayed_bytes(dev);
 }
 
@@ -456,7 +456,7 @@ static void apply_fault(struct hil_faults_device *dev, const struct hil_fault *f
     }
 }
 
-static void on_due(void *device, uint64_t at)
+static void on_fault_due(void *device, uint64_t at)
 {
     struct hil_faults_device *dev = device;
     struct hil_faults *faults = dev->state;
@@ -551,7 +551,7 @@ void hil_faults_create(struct hil_faults_device *dev)
 {
     for (unsigned i = 0; i < HIL_FAULTS_MAX; i++)
         dev->state->due_ps[i] = HIL_NEVER;
-    hil_event_connect(dev->core, HIL_EVENT_FAULT, on_due, dev);
+    hil_event_connect(dev->core, HIL_EVENT_FAULT, on_fault_due, dev);
 }
 
 /* ---- text form ---- */
@@ -565,12 +565,12 @@ void hil_faults_create(struct hil_faults_device *dev)
  * its factor to picoseconds. */
 enum kind { INTEGER32, INTEGER64, REAL, ORDINAL, PS, ADDRESS };
 
-static const struct number_slot {
+static const struct number_field {
     const char *name;
     enum kind kind;
     size_t offset; /* offset in struct hil_fault */
     double low, high, ps;
-} slots[] = {
+} number_fields[] = {
 #define FAULT_OFFSET(member) offsetof(struct hil_fault, member)
     {"S", PS, FAULT_OFFSET(trigger_ps), 0.0, 1e6, 1e12},
     {"FT", REAL, FAULT_OFFSET(station_ft), -1000.0, 10000.0, 0.0},
@@ -601,9 +601,10 @@ static const char *const triggers[] = {"at S [+ DELAY_US]", "station FT [+ DELAY
 /* Patterns of a line, each with its initial fault. For alternatives separated by |, the index of
  * the given word is added to `variant`; a number of kind ORDINAL is added to `target_index`. */
 #define CHANNEL_WORDS "mend|stick|high|low|open"
-#define LINE_FAULT(on_line)                                                                     \
-    {                                                                                           \
-        .action = HIL_FAULT_LINE, .line = on_line, .probability = 1.0, .duration_ps = HIL_MS_PS \
+#define LINE_FAULT(on_line)                                            \
+    {                                                                  \
+        .action = HIL_FAULT_LINE, .line = on_line, .probability = 1.0, \
+        .duration_ps = HIL_PS_PER_MS                                   \
     }
 static const struct action {
     const char *pattern;
@@ -656,11 +657,12 @@ static const char *get_word(const struct reader *r, unsigned i)
     return i < r->word_count ? r->word[i] : "end of line";
 }
 
-static const struct number_slot *find_slot(const char *name, size_t length)
+static const struct number_field *find_number_field(const char *name, size_t length)
 {
-    for (size_t i = 0; i < sizeof slots / sizeof slots[0]; i++) {
-        if (strlen(slots[i].name) == length && strncmp(slots[i].name, name, length) == 0)
-            return &slots[i];
+    for (size_t i = 0; i < sizeof number_fields / sizeof number_fields[0]; i++) {
+        if (strlen(number_fields[i].name) == length &&
+            strncmp(number_fields[i].name, name, length) == 0)
+            return &number_fields[i];
     }
     return NULL;
 }
@@ -692,7 +694,7 @@ static bool match_address(struct reader *r, const char *word, uint32_t *address)
     return true;
 }
 
-static bool match_number(struct reader *r, const struct number_slot *slot, struct hil_fault *f)
+static bool match_number(struct reader *r, const struct number_field *slot, struct hil_fault *f)
 {
     const char *text = get_word(r, r->next_word), *end;
     char *at = (char *)f + slot->offset;
@@ -746,7 +748,7 @@ static bool match_pattern(struct reader *r, const char *pattern, struct hil_faul
             want = number;
             r->next_word++;
         }
-        const struct number_slot *slot = find_slot(want, strlen(want));
+        const struct number_field *slot = find_number_field(want, strlen(want));
         if (slot ? match_number(r, slot, f)
                  : match_word(want, get_word(r, r->next_word), &f->variant)) {
             r->next_word++;
@@ -767,7 +769,7 @@ static void format_pattern(char *out, size_t size, const char *pattern)
     used += (size_t)snprintf(out + used, size - used, "%s", used ? ", or " : "");
     while (*pattern && used + 1 < size) {
         size_t n = strcspn(pattern, " ]");
-        const struct number_slot *slot = find_slot(pattern, n);
+        const struct number_field *slot = find_number_field(pattern, n);
         used += (size_t)snprintf(out + used, size - used, "%.*s", (int)n, pattern);
         if (slot && slot->kind != ADDRESS && used < size)
             used += (size_t)snprintf(out + used, size - used, "(%.4g to %.4g)", slot->low,

@@ -45,7 +45,7 @@ struct hil_callbacks {
 
 struct hil_line_effect {
     /* number of frames or bytes that the fault will still affect; HIL_FAULT_NO_LIMIT: no limit */
-    uint32_t units_left;
+    uint32_t remaining_units;
     double probability;
     uint64_t duration_ps;
     unsigned file_line;

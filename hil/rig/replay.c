@@ -60,7 +60,7 @@ static uint64_t get_edge_pin_cycle(const struct hil_replay_device *dev)
 }
 
 /* Cycle of the next change of the input with train i; HIL_NEVER if there is none. */
-static uint64_t get_train_cycle(const struct hil_replay_device *dev, unsigned i)
+static uint64_t get_next_pulse_cycle(const struct hil_replay_device *dev, unsigned i)
 {
     uint64_t tick = hil_pulse_train_next_edge(&dev->replay->pulse_train[i],
                                               &dev->state->pulse_train[i], TRAIN_PULSE_TICKS);
@@ -72,7 +72,7 @@ static void schedule(struct hil_replay_device *dev)
     const struct hil_replay_state *state = dev->state;
     uint64_t next = get_edge_pin_cycle(dev);
     for (unsigned i = 0; i < HIL_REPLAY_TRAINS; i++) {
-        uint64_t train = get_train_cycle(dev, i);
+        uint64_t train = get_next_pulse_cycle(dev, i);
         next = train < next ? train : next;
     }
     if (state->next_command < dev->replay->command_count) {
@@ -153,7 +153,7 @@ static void on_event(void *device, uint64_t at)
     if (get_edge_pin_cycle(dev) <= at)
         toggle_edge_pin(dev, at);
     for (unsigned i = 0; i < HIL_REPLAY_TRAINS; i++) {
-        if (get_train_cycle(dev, i) <= at)
+        if (get_next_pulse_cycle(dev, i) <= at)
             toggle_train_pin(dev, i, at);
     }
     if (state->next_command < dev->replay->command_count &&
@@ -374,7 +374,7 @@ static struct range get_code_range(unsigned i, unsigned low, unsigned high)
 }
 
 /* True if `count` codes, `low` and `high` of them saturated, can add up to `sum`. */
-static bool is_possible(unsigned sum, unsigned count, unsigned low, unsigned high)
+static bool is_sum_possible(unsigned sum, unsigned count, unsigned low, unsigned high)
 {
     unsigned least = 0, most = 0;
     if (low + high > count)
@@ -415,9 +415,9 @@ static bool distribute_transducer_sums(const struct mr_block *block, unsigned i,
     const unsigned n = HIL_CODES_PER_POLARITY;
     for (unsigned low = 0; low <= block->low_count[i]; low++) {
         for (unsigned high = 0; high <= block->high_count[i]; high++) {
-            if (!is_possible(block->forward_sum[i], n, low, high) ||
-                !is_possible(block->reversed_sum[i], n, block->low_count[i] - low,
-                             block->high_count[i] - high))
+            if (!is_sum_possible(block->forward_sum[i], n, low, high) ||
+                !is_sum_possible(block->reversed_sum[i], n, block->low_count[i] - low,
+                                 block->high_count[i] - high))
                 continue;
             distribute_sum(block->forward_sum[i], n, low, high, codes->transducer[0][i]);
             distribute_sum(block->reversed_sum[i], n, block->low_count[i] - low,
@@ -441,8 +441,8 @@ bool hil_codes_from_block(const struct mr_block *block, struct hil_block_codes *
         unsigned c = *channel = MR_TRANSDUCERS + i;
         if (block->absent_channels >> c & 1u)
             continue;
-        if (!is_possible(block->sum[i], MR_SCANS_PER_BLOCK, block->low_count[c],
-                         block->high_count[c]))
+        if (!is_sum_possible(block->sum[i], MR_SCANS_PER_BLOCK, block->low_count[c],
+                             block->high_count[c]))
             return false;
         distribute_sum(block->sum[i], MR_SCANS_PER_BLOCK, block->low_count[c], block->high_count[c],
                        codes->adc1[i]);

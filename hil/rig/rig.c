@@ -44,7 +44,7 @@ static void schedule(struct hil_rig_device *dev)
             next = opens;
     }
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
-        if (rig->contact[i].bounces_left && rig->contact[i].next_move_ps < next)
+        if (rig->contact[i].remaining_bounces && rig->contact[i].next_move_ps < next)
             next = rig->contact[i].next_move_ps;
     }
     if (rig->next_shunt_move_ps < next)
@@ -112,9 +112,9 @@ static void continue_bounce(struct hil_rig_device *dev, unsigned i, uint64_t at)
     bool opens = !contact->is_open;
     move_contact(dev, i, opens, t_ps, at);
     if (opens)
-        contact->bounces_left--;
-    contact->next_move_ps = contact->bounces_left ? t_ps + contact->bounce_period_ps / 2u
-                                                  : HIL_NEVER;
+        contact->remaining_bounces--;
+    contact->next_move_ps = contact->remaining_bounces ? t_ps + contact->bounce_period_ps / 2u
+                                                       : HIL_NEVER;
 }
 
 static void toggle_train_pin(struct hil_rig_device *dev, unsigned i, uint64_t at)
@@ -140,10 +140,10 @@ static void move_relay_contact(struct hil_rig_device *dev, uint64_t at)
 {
     struct hil_rig *rig = dev->state;
     uint64_t apart_ps = dev->electronics->relay_bounce_ps / (2u * RELAY_BOUNCES);
-    rig->shunt_moves_left--;
-    connect_shunts(dev, rig->is_shunt_requested != rig->shunt_moves_left % 2u, at);
-    rig->next_shunt_move_ps = rig->shunt_moves_left ? rig->next_shunt_move_ps + apart_ps
-                                                    : HIL_NEVER;
+    rig->remaining_shunt_moves--;
+    connect_shunts(dev, rig->is_shunt_requested != rig->remaining_shunt_moves % 2u, at);
+    rig->next_shunt_move_ps = rig->remaining_shunt_moves ? rig->next_shunt_move_ps + apart_ps
+                                                         : HIL_NEVER;
 }
 
 static void on_event(void *device, uint64_t at)
@@ -162,7 +162,7 @@ static void on_event(void *device, uint64_t at)
             toggle_train_pin(dev, i, at);
     }
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
-        while (rig->contact[i].bounces_left && rig->contact[i].next_move_ps <= now_ps)
+        while (rig->contact[i].remaining_bounces && rig->contact[i].next_move_ps <= now_ps)
             continue_bounce(dev, i, at);
     }
     while (dev->run && rig->opened_count < rig->opening_count &&
@@ -173,8 +173,8 @@ static void on_event(void *device, uint64_t at)
         if (contact->is_skipped)
             continue;
         move_contact(dev, i, true, opens, at);
-        contact->next_move_ps = contact->bounces_left ? opens + contact->bounce_period_ps / 2u
-                                                      : HIL_NEVER;
+        contact->next_move_ps = contact->remaining_bounces ? opens + contact->bounce_period_ps / 2u
+                                                           : HIL_NEVER;
     }
     schedule(dev);
 }
@@ -200,7 +200,7 @@ void hil_rig_bounce_switch(struct hil_rig_device *dev, unsigned position, uint32
                            uint64_t period_ps)
 {
     struct hil_contact *contact = &dev->state->contact[position];
-    contact->bounces_left = (uint8_t)times;
+    contact->remaining_bounces = (uint8_t)times;
     contact->bounce_period_ps = period_ps;
     contact->next_move_ps = HIL_NEVER;
 }
@@ -267,7 +267,7 @@ static void start_shunt_relay(struct hil_rig_device *dev, bool on, uint64_t at)
     rig->next_shunt_move_ps = HIL_NEVER;
     uint64_t delay_ps = on ? e->relay_operate_ps : e->relay_release_ps;
     if (delay_ps) {
-        rig->shunt_moves_left = on && e->relay_bounce_ps ? 2u * RELAY_BOUNCES + 1u : 1u;
+        rig->remaining_shunt_moves = on && e->relay_bounce_ps ? 2u * RELAY_BOUNCES + 1u : 1u;
         rig->next_shunt_move_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at) + delay_ps;
         schedule(dev);
     } else {

@@ -48,7 +48,7 @@ struct hil_usart_device;
  * began at moved_ps from the level `start_level` (0 closed, 1 open). */
 struct hil_contact {
     bool has_moved, is_open, is_skipped;
-    uint8_t bounces_left; /* number of openings that remain */
+    uint8_t remaining_bounces; /* number of openings that remain */
     double start_level;
     uint64_t moved_ps;
     uint64_t bounce_period_ps; /* period of the bouncing */
@@ -81,10 +81,10 @@ struct hil_rig {
     double gain_drift[HIL_RUN_GAGES];          /* gain minus 1 */
     double offset_drift_lb[HIL_RUN_GAGES];
     bool are_shunts_on;
-    bool is_shunt_requested;     /* level of PE1 */
-    uint8_t shunt_moves_left;    /* number of movements of the relay's contacts that remain */
-    uint64_t next_shunt_move_ps; /* time of the next movement; HIL_NEVER: none */
-    bool is_lamp_on;             /* state that the lamp's read-back follows */
+    bool is_shunt_requested;       /* level of PE1 */
+    uint8_t remaining_shunt_moves; /* number of movements of the relay's contacts that remain */
+    uint64_t next_shunt_move_ps;   /* time of the next movement; HIL_NEVER: none */
+    bool is_lamp_on;               /* state that the lamp's read-back follows */
     uint64_t lamp_changed_ps;
     uint8_t opening_order[24];         /* switches (0..23) in the order in which they open */
     uint8_t opening_count;             /* number of switches that open in the run */

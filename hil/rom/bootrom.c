@@ -326,10 +326,10 @@ static bool receive_address(uint32_t *address)
     return receive_byte() == sum && !has_line_error;
 }
 
-static const uint8_t get_reply[] = {
+static const uint8_t reply_to_get[] = {
     9, PROTOCOL_VERSION, 0x00, 0x01, 0x02, 0x11, 0x21, 0x31, 0x44, 0x82, 0x92};
-static const uint8_t version_reply[] = {PROTOCOL_VERSION, 0, 0};
-static const uint8_t id_reply[] = {1, 0x04, 0x13};
+static const uint8_t reply_to_get_version[] = {PROTOCOL_VERSION, 0, 0};
+static const uint8_t reply_to_get_id[] = {1, 0x04, 0x13};
 
 static void send_reply(const uint8_t *reply, size_t n)
 {
@@ -472,9 +472,9 @@ static void execute_command(uint8_t command)
         return;
     }
     switch (command) {
-    case 0x00: send_reply(get_reply, sizeof get_reply); break;
-    case 0x01: send_reply(version_reply, sizeof version_reply); break;
-    case 0x02: send_reply(id_reply, sizeof id_reply); break;
+    case 0x00: send_reply(reply_to_get, sizeof reply_to_get); break;
+    case 0x01: send_reply(reply_to_get_version, sizeof reply_to_get_version); break;
+    case 0x02: send_reply(reply_to_get_id, sizeof reply_to_get_id); break;
     case 0x11: command_read(); break;
     case 0x21: command_go(); break;
     case 0x31: command_write(); break;

@@ -449,9 +449,9 @@ static void update_conditions(struct predictor_inputs *inputs, const struct stor
     if (row->basis == STORE_NONE || row->level == STORE_NONE)
         return;
     bool kinematic = row->level == MR_PREDICTOR_KINEMATIC && row->basis & MR_PREDICTOR_NO_MOTION;
-    const bool lacks[PREDICTOR_CONDITION_COUNT] = {row->basis & MR_PREDICTOR_BLIND, kinematic,
-                                                   row->basis & MR_PREDICTOR_DEGRADED,
-                                                   row->basis & MR_PREDICTOR_FELL_BACK};
+    const bool lacks[PREDICTOR_CONDITION_COUNT] = {row->basis & MR_PREDICTOR_NO_TRANSDUCER,
+                                                   kinematic, row->basis & MR_PREDICTOR_DEGRADED,
+                                                   row->basis & MR_PREDICTOR_RESTARTED};
     for (unsigned i = 0; i < PREDICTOR_CONDITION_COUNT; i++) {
         if (lacks[i])
             extend_condition_span(&inputs->condition_span[i], t_s);
@@ -613,7 +613,7 @@ static void add_risk(const struct predictor_inputs *inputs, struct answer *answe
         inputs->risk_basis & MR_RISK_CHART_USED  ? ", computed with chart and plan"
         : inputs->risk_basis & MR_RISK_PLAN_USED ? ", computed with the plan but without a chart"
                                                  : ", computed without plan and chart",
-        inputs->risk_basis & MR_RISK_BLIND ? ", without a valid transducer" : "");
+        inputs->risk_basis & MR_RISK_NO_TRANSDUCER ? ", without a valid transducer" : "");
     if (!isnan(inputs->off_plan_s))
         answer_add_text(
             answer, NULL, PREDICTOR_LABEL,

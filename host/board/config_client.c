@@ -230,7 +230,7 @@ static enum mr_status send_words(struct config_client *client, const uint8_t *im
         enum mr_status status = send_window(client, image, from, error);
         if (status != MR_OK)
             return status;
-        if (client->is_staged && client->progress.locked == MR_CONFIG_BY_CAN)
+        if (client->is_staged && client->progress.locked == MR_CONFIG_LOCKED_CAN)
             return dialogue_set_refusal_error(
                 client->dialogue,
                 &(struct mr_ack){.code = MR_COMMAND_CONFIG_APPLY, .status = MR_CABLE}, NULL, error);

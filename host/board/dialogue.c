@@ -98,7 +98,7 @@ bool identity_is_running(const struct identity *identity, const struct mr_image 
                          size_t size)
 {
     char runs[MR_IMAGE_COMMIT_TEXT], file[MR_IMAGE_COMMIT_TEXT];
-    if (!identity->commit_known || identity->commit.state != MR_IMAGE_GOOD) {
+    if (!identity->commit_known || identity->commit.state != MR_IMAGE_INTACT) {
         snprintf(why, size, "the board's image: %s",
                  identity->commit_known ? mr_image_state_text(identity->commit.state)
                                         : "no header");

@@ -263,7 +263,7 @@ static void check_image(const struct ready_inputs *f, struct ready_report *repor
 {
     const struct identity *id = &f->identity;
     char runs[MR_IMAGE_COMMIT_TEXT] = "unknown", why[200] = "", limit[80] = "";
-    bool whole = id->commit_known && id->commit.state == MR_IMAGE_GOOD,
+    bool whole = id->commit_known && id->commit.state == MR_IMAGE_INTACT,
          compared = f->has_previous_landing && f->previous_image_crc != STORE_NONE;
     enum ready_verdict verdict = !whole ? READY_NO_GO
                                : f->image
@@ -289,7 +289,7 @@ static void check_image(const struct ready_inputs *f, struct ready_report *repor
                                       "this one with --image FILE",
         "%u.%u.%u, commit %s, image %08x, %s", id->hello.major, id->hello.minor, id->hello.patch,
         runs, (unsigned)id->image_crc,
-        mr_image_state_text(id->commit_known ? id->commit.state : (unsigned)MR_IMAGE_NONE));
+        mr_image_state_text(id->commit_known ? id->commit.state : (unsigned)MR_IMAGE_NO_HEADER));
 }
 
 /* Returns the configuration CRC that the board should report. */

@@ -361,8 +361,9 @@ static int print_identity(const struct request *request, const struct identity *
     char commit[MR_IMAGE_COMMIT_TEXT] = "unknown", uid[IDENTITY_UID_SIZE], version[12],
          why[200] = "";
     bool same = image && identity_is_running(identity, &image->header, why, sizeof why);
-    unsigned state = identity->commit_known ? identity->commit.state : (unsigned)MR_IMAGE_NONE;
-    int exit_code = (image && !same) || state != MR_IMAGE_GOOD ? mr_status_exit_code(MR_LIMIT) : 0;
+    unsigned state = identity->commit_known ? identity->commit.state : (unsigned)MR_IMAGE_NO_HEADER;
+    int exit_code = (image && !same) || state != MR_IMAGE_INTACT ? mr_status_exit_code(MR_LIMIT)
+                                                                 : 0;
     if (identity->commit_known)
         mr_image_commit_text(identity->commit.commit, identity->commit.commit_more,
                              identity->commit.changed != 0, commit);

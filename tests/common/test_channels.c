@@ -58,11 +58,11 @@ TEST(faults_of_a_transducers_leads_are_told_apart)
     /* off, floating */
     assert_int_equal(validity_of(0.60, 0.605), MR_INVALID_OPEN);
     assert_int_equal(validity_of(2.80, 2.795), MR_INVALID_OPEN); /* likewise */
-    assert_int_equal(validity_of(3.3, 3.3), MR_INVALID_SHORT);   /* to 3.3 V */
+    assert_int_equal(validity_of(3.3, 3.3), MR_INVALID_SHORTED); /* to 3.3 V */
     /* leak to ground */
-    assert_int_equal(validity_of(0.9 + 0.2, 0.9 - 0.2), MR_INVALID_SHORT);
+    assert_int_equal(validity_of(0.9 + 0.2, 0.9 - 0.2), MR_INVALID_SHORTED);
     /* leak to 3.3 V */
-    assert_int_equal(validity_of(2.4 + 0.2, 2.4 - 0.2), MR_INVALID_SHORT);
+    assert_int_equal(validity_of(2.4 + 0.2, 2.4 - 0.2), MR_INVALID_SHORTED);
     /* both leads off, or shorted */
     assert_int_equal(validity_of(1.65, 1.65), MR_INVALID_EXCITATION);
     assert_int_equal(validity_of(1.651, 1.649), MR_INVALID_EXCITATION);
@@ -91,7 +91,7 @@ TEST(a_bridge_at_an_end_is_open_or_short)
                      MR_INVALID_OPEN);
     block = block_of(1.7, 1.6, 3.3, 2.5);
     assert_int_equal(mr_channel_read(&gage, &block, MR_TRANSDUCERS, 1.0f).validity,
-                     MR_INVALID_SHORT);
+                     MR_INVALID_SHORTED);
     block.high_count[MR_TRANSDUCERS] = 7; /* one code of eight came back: it only touches the end */
     assert_int_equal(mr_channel_read(&gage, &block, MR_TRANSDUCERS, 1.0f).validity,
                      MR_INVALID_SATURATED);

@@ -86,10 +86,10 @@ TEST(commits_as_text)
 
 TEST(every_state_has_its_own_text)
 {
-    for (unsigned a = 0; a <= MR_IMAGE_HEADER; a++) {
+    for (unsigned a = 0; a <= MR_IMAGE_HEADER_DAMAGED; a++) {
         assert_string_not_equal(mr_image_state_text(a), "unknown");
         for (unsigned b = 0; b < a; b++)
             assert_string_not_equal(mr_image_state_text(a), mr_image_state_text(b));
     }
-    assert_string_equal(mr_image_state_text(MR_IMAGE_HEADER + 1), "unknown");
+    assert_string_equal(mr_image_state_text(MR_IMAGE_HEADER_DAMAGED + 1), "unknown");
 }

@@ -194,7 +194,7 @@ TEST(a_plan_that_is_not_met_is_left)
     assert_int_equal(said.basis &
                          (MR_RISK_PLAN_USED | MR_RISK_CHART_USED | MR_RISK_PLAN_NOT_FOLLOWED),
                      MR_RISK_PLAN_NOT_FOLLOWED);
-    assert_true(said.weight_set < MR_RISK_SET_BY_PLAN && said.input[MR_RISK_CHART] == 0.0f);
+    assert_true(said.weight_set < MR_RISK_WEIGHTS_PLAN && said.input[MR_RISK_CHART] == 0.0f);
     begin(&plan); /* another speed than planned */
     said = roll(40.0, 6.0, 901);
     assert_int_equal(said.basis & MR_RISK_PLAN_NOT_FOLLOWED, MR_RISK_PLAN_NOT_FOLLOWED);
@@ -234,8 +234,8 @@ TEST(no_transducer_is_told)
     mr_risk_on_block(&risk, &predictor, &input);
     mr_predictor_get_zone(&predictor, &zone);
     mr_risk_compute(&risk, &predictor, &zone, &said);
-    assert_int_equal(said.basis, MR_RISK_BLIND | MR_RISK_BRAKING_KNOWN);
-    assert_int_equal(said.weight_set, MR_RISK_SET_IF_BRAKING + MR_RISK_SET_IF_NO_SENSOR);
+    assert_int_equal(said.basis, MR_RISK_NO_TRANSDUCER | MR_RISK_BRAKING_KNOWN);
+    assert_int_equal(said.weight_set, MR_RISK_WEIGHTS_IF_BRAKING + MR_RISK_WEIGHTS_IF_NO_SENSOR);
 }
 
 /* 60 mats from 40 ft on, the wheel at 20 ft with 25 ft/s and 5 ft/s2. */

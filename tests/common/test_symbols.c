@@ -70,7 +70,7 @@ TEST_IN(functions_are_found_by_address_and_name, lay_out, NULL)
     assert_int_equal(mr_symbols_count(file, sizeof file, &most), MR_OK);
     assert_int_equal(most, 7);
     assert_int_equal(mr_symbols_read(file, sizeof file, room, &symbols), MR_OK);
-    assert_int_equal(symbols.count, 3);
+    assert_int_equal(symbols.entry_count, 3);
     assert_string_equal(mr_symbols_by_address(&symbols, 0x08010000)->name, "take");
     /* up to the one that begins inside */
     assert_int_equal(mr_symbols_by_name(&symbols, "take")->size, 0x30);
@@ -93,7 +93,7 @@ TEST_IN(a_stripped_image_has_none, lay_out, NULL)
     assert_int_equal(mr_symbols_count(file, sizeof file, &most), MR_OK);
     assert_int_equal(most, 0);
     assert_int_equal(mr_symbols_read(file, sizeof file, room, &symbols), MR_OK);
-    assert_int_equal(symbols.count, 0);
+    assert_int_equal(symbols.entry_count, 0);
     assert_null(mr_symbols_by_address(&symbols, 0x08010000));
 }
 
@@ -121,11 +121,11 @@ TEST_IN(a_name_that_does_not_end_is_refused, lay_out, NULL)
     for (unsigned n = 1; n < 7; n++)
         put(SYMBOLS_AT + 16u * n, 4, 100); /* outside the names: passed over */
     assert_int_equal(mr_symbols_read(file, sizeof file, room, &symbols), MR_OK);
-    assert_int_equal(symbols.count, 0);
+    assert_int_equal(symbols.entry_count, 0);
     put(SYMBOLS_AT + 32u, 4, 1);
     memcpy(file + FILE_BYTES - 4u, "\0abc", 4);
     assert_int_equal(mr_symbols_read(file, sizeof file, room, &symbols), MR_TRUNCATED);
-    assert_int_equal(symbols.count, 0);
+    assert_int_equal(symbols.entry_count, 0);
 }
 
 TEST_IN(sections_that_are_not_there_are_refused, lay_out, NULL)
@@ -133,12 +133,12 @@ TEST_IN(sections_that_are_not_there_are_refused, lay_out, NULL)
     /* names in a section that there is not: no table of ours */
     put_section(1, 2, SYMBOLS_AT, 16u * 7u, 9);
     assert_int_equal(mr_symbols_read(file, sizeof file, room, &symbols), MR_OK);
-    assert_int_equal(symbols.count, 0);
+    assert_int_equal(symbols.entry_count, 0);
     put(46, 2, 39); /* sections too short for what is read of them */
     assert_int_equal(mr_symbols_read(file, sizeof file, room, &symbols), MR_TRUNCATED);
     put(48, 2, 0); /* none at all */
     assert_int_equal(mr_symbols_read(file, sizeof file, room, &symbols), MR_OK);
-    assert_int_equal(symbols.count, 0);
+    assert_int_equal(symbols.entry_count, 0);
 }
 
 /* 400 functions in an order that was shuffled, each address twice, one of the two names without a
@@ -171,7 +171,7 @@ TEST_IN(many_are_sorted, lay_out, NULL)
         symbol[14] = 1;
     }
     assert_int_equal(mr_symbols_read(big, sizeof big, all, &symbols), MR_OK);
-    assert_int_equal(symbols.count, FUNCTIONS);
+    assert_int_equal(symbols.entry_count, FUNCTIONS);
     for (uint32_t n = 0; n < FUNCTIONS; n++) {
         assert_int_equal(symbols.entries[n].address, 0x08010000u + 64u * n);
         assert_string_equal(symbols.entries[n].name, "one");

@@ -119,7 +119,7 @@ void board_can_clear(void)
     fake.clears++;
 }
 
-void board_can_rejoin(bool begin)
+void board_can_leave_bus_off(bool begin)
 {
     fake.rejoins += begin;
 }

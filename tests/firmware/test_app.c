@@ -303,7 +303,7 @@ TEST_IN(a_bad_serial_frame_is_counted_and_the_next_one_obeyed, start, NULL)
     GET_LAST(ack, ACK, &ack);
     assert_int_equal(ack.tag, 9);
     assert_int_equal(count_frames(MR_ID_MARK), 1);
-    assert_int_equal(app.telemetry.serial_bad, 1);
+    assert_int_equal(app.telemetry.serial_refused_count, 1);
     assert_true(health_get_faults() & 1u << MR_FAULT_SERIAL_BAD_FRAME);
 
     /* a whole frame of a command that is too short is refused as well */
@@ -311,12 +311,12 @@ TEST_IN(a_bad_serial_frame_is_counted_and_the_next_one_obeyed, start, NULL)
     memcpy(fake.serial_in + fake.serial_in_count, out, n);
     fake.serial_in_count += n;
     play(1);
-    assert_int_equal(app.telemetry.serial_bad, 2);
-    app.telemetry.serial_bad = UINT16_MAX;
+    assert_int_equal(app.telemetry.serial_refused_count, 2);
+    app.telemetry.serial_refused_count = UINT16_MAX;
     memcpy(fake.serial_in + fake.serial_in_count, out, n);
     fake.serial_in_count += n;
     play(1);
-    assert_int_equal(app.telemetry.serial_bad, UINT16_MAX);
+    assert_int_equal(app.telemetry.serial_refused_count, UINT16_MAX);
 }
 
 TEST_IN(a_fault_is_told_when_it_comes_and_each_second, start, NULL)
@@ -499,7 +499,7 @@ TEST_IN(the_box_has_room_for_the_longest_configuration, start_and_keep, put_back
     assert_true(app.box.is_configuring);
     /* what is not in the page yet */
     mr_put_u32(app.box.config_writer.page + MR_BOXPAGE_HEADER_BYTES +
-                   app.box.config_writer.bit / 32 * 4,
+                   app.box.config_writer.next_bit / 32 * 4,
                app.box.config_writer.pending_bits);
     memset(present + 1, 1, app.box.config_pages_closed);
     mr_box_reader_begin(&reader, app.box.config_pages[0], present, app.box.config_pages_closed + 1);
@@ -592,7 +592,7 @@ TEST_IN(messages_that_are_not_for_it_are_passed_over, start, NULL)
                                            fake.serial_in);
     play(5);
     assert_int_equal(count_frames(MR_ID_ACK), 0);
-    assert_int_equal(app.telemetry.serial_bad, 0);
+    assert_int_equal(app.telemetry.serial_refused_count, 0);
     assert_int_equal(fake.received_taken, 1);
     assert_int_equal(fake.serial_in_taken, fake.serial_in_count);
 }

@@ -397,7 +397,7 @@ TEST_IN(a_damaged_image_is_a_fault_at_start, start, NULL)
     uint16_t before = health_get_count(MR_FAULT_SELFTEST);
     app_start(&app);
     assert_int_equal(health_get_count(MR_FAULT_SELFTEST), before);
-    fake.image_state = MR_IMAGE_PROGRAM;
+    fake.image_state = MR_IMAGE_PROGRAM_DAMAGED;
     app_start(&app);
     assert_int_equal(health_get_count(MR_FAULT_SELFTEST), before + 1);
     unsigned told = 0;

@@ -130,7 +130,7 @@ static int order_proven(const struct mr_command *message, bool serial)
 
 TEST_IN(it_is_set_and_cleared_over_serial_with_the_jumper, begin, NULL)
 {
-    assert_int_equal(told(), MR_KEY_OPEN);
+    assert_int_equal(told(), MR_KEY_NONE);
     assert_int_equal(count_frames(MR_ID_NONCE), 0);
     assert_int_equal(order(&survey, false, 5), MR_OK);
     fake.jumper = false;
@@ -145,9 +145,9 @@ TEST_IN(it_is_set_and_cleared_over_serial_with_the_jumper, begin, NULL)
     assert_int_equal(order(&survey, true, 5), MR_PROOF);
     assert_int_equal(order_proven(&survey, true), MR_OK);
     assert_int_equal(change(MR_COMMAND_KEY_CLEAR, 500), MR_OK);
-    assert_int_equal(told(), MR_KEY_OPEN);
+    assert_int_equal(told(), MR_KEY_NONE);
     restart();
-    assert_int_equal(told(), MR_KEY_OPEN);
+    assert_int_equal(told(), MR_KEY_NONE);
     assert_int_equal(order(&survey, false, 5), MR_OK);
 }
 
@@ -197,7 +197,7 @@ TEST_IN(what_is_no_key_is_told_from_one_that_is_damaged, begin, NULL)
     uint8_t *at = fake_nor.cell + KEY_FIRST_SECTOR * NOR_SECTOR_BYTES;
     memset(at, 0x42, KEY_COPIES * NOR_SECTOR_BYTES);
     restart();
-    assert_int_equal(told(), MR_KEY_OPEN);
+    assert_int_equal(told(), MR_KEY_NONE);
     assert_int_equal(change(MR_COMMAND_KEY_SET, 500), MR_OK);
     uint8_t *found = memmem(at, KEY_COPIES * NOR_SECTOR_BYTES, key, sizeof key);
     found[5] &= 0xf0;
@@ -221,7 +221,7 @@ TEST_IN(no_lost_byte_opens_the_bus, begin, NULL)
         uint8_t kept = at[i];
         at[i] = 0;
         restart();
-        assert_int_not_equal(told(), MR_KEY_OPEN);
+        assert_int_not_equal(told(), MR_KEY_NONE);
         assert_int_equal(order(&survey, true, 5), MR_PROOF);
         at[i] = kept;
     }

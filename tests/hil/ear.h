@@ -35,7 +35,7 @@ struct ear {
     unsigned heard[EAR_LINKS][2048];
     uint8_t last[EAR_LINKS][2048][MR_MESSAGE_BYTES_MAX];
     uint64_t last_ps[EAR_LINKS];
-    unsigned can_frames, serial_frames, serial_bad, serial_lost;
+    unsigned can_frames, serial_frames, serial_refused_count, serial_lost;
     uint16_t next_seq;
     bool in_step;
     struct mr_fault fault[MR_FAULT_COUNT]; /* newest report of each */
@@ -94,7 +94,7 @@ static inline void ear_serial(void *ctx, uint64_t t_ps, const uint8_t *bytes, si
         if (status == MR_TOO_FEW)
             continue;
         if (status != MR_OK) {
-            ear->serial_bad++;
+            ear->serial_refused_count++;
             continue;
         }
         if (ear->in_step)

@@ -12,7 +12,7 @@
 #define GPIOF_MODER 0x40021400u
 #define IDCODE      0xe0042000u
 #define FLASH_SIZE  0x1fff7a20u
-#define START_PS    (300u * HIL_MS_PS)
+#define START_PS    (300u * HIL_PS_PER_MS)
 
 static const char *const names[] = {"zg", "discovery", "nucleo446"};
 #define BOARDS (sizeof names / sizeof names[0])

@@ -39,7 +39,7 @@ static void send(struct host *host, const uint8_t *bytes, size_t n)
 static int next_within(struct host *host, uint64_t limit_ms)
 {
     for (uint64_t us = 0; us < limit_ms * 1000 && host->taken == host->count; us += 200)
-        wait_ps(host, 200 * HIL_US_PS);
+        wait_ps(host, 200 * HIL_PS_PER_US);
     return host->taken < host->count ? host->bytes[host->taken++] : -1;
 }
 
@@ -126,7 +126,7 @@ static struct host *chip(const char *image, uint32_t baud, enum hil_parity parit
     host->board = image ? bench_board(image, &options) : hil_board_create(&options);
     struct hil_callbacks callbacks = {host, NULL, hear};
     hil_board_set_callbacks(host->board, &callbacks);
-    wait_ps(host, HIL_MS_PS);
+    wait_ps(host, HIL_PS_PER_MS);
     return host;
 }
 
@@ -179,7 +179,7 @@ TEST(test_rates)
      * parity or none */
     struct host *host = chip(NULL, 115200, HIL_PARITY_NONE);
     send(host, (const uint8_t *)"\x7f", 1);
-    wait_ps(host, 2 * HIL_MS_PS);
+    wait_ps(host, 2 * HIL_PS_PER_MS);
     assert_int_not_equal(command(host, 0x02), ACK);
     done(host);
 }
@@ -227,7 +227,7 @@ TEST(test_memory)
     /* sectors 1 and 2 */
     assert_int_equal(erase(host, (const uint8_t *)"\x00\x01\x00\x01\x00\x02", 6), ACK);
     /* twice 250 ms at x32 */
-    assert_in_range((hil_board_now_ps(host->board) - begin_ps) / HIL_MS_PS, 500, 510);
+    assert_in_range((hil_board_now_ps(host->board) - begin_ps) / HIL_PS_PER_MS, 500, 510);
     assert_int_equal(bench_word(host->board, SECTOR_1), 0xffffffff);
     assert_int_equal(bench_word(host->board, FLASH + 0x8000), 0xffffffff);
     assert_int_equal(bench_word(host->board, FLASH), 0);
@@ -261,7 +261,7 @@ TEST(test_go)
     assert_int_equal(address(host, 0x30000000), NACK);
     assert_int_equal(command(host, 0x21), ACK);
     assert_int_equal(address(host, FLASH), ACK);
-    wait_ps(host, HIL_MS_PS);
+    wait_ps(host, HIL_PS_PER_MS);
     assert_int_equal(bench_word(host->board, 0x20003004), 0x600d);
     /* VTOR is untouched, and at 0 there is the ROM */
     assert_int_equal(bench_word(host->board, 0x20003008), 0);
@@ -283,7 +283,7 @@ TEST(test_readout_protection)
     struct host *host = chip_ready(NULL);
     assert_int_equal(write_memory(host, FLASH, program, sizeof program), ACK);
     assert_int_equal(protect(host), ACK);
-    wait_ps(host, HIL_MS_PS);
+    wait_ps(host, HIL_PS_PER_MS);
     assert_int_equal(hil_board_counters(host->board)->resets, 1);
     sync_host(host); /* after the reset it measures anew */
     static const uint8_t refused[] = {0x11, 0x21, 0x31, 0x44, 0x82};
@@ -294,7 +294,7 @@ TEST(test_readout_protection)
     assert_int_equal(bench_word(host->board, FLASH), 0x20018000);
     assert_int_equal(command(host, 0x92), ACK);
     assert_int_equal(next_within(host, 20000), ACK);
-    wait_ps(host, HIL_MS_PS);
+    wait_ps(host, HIL_PS_PER_MS);
     assert_int_equal(bench_word(host->board, FLASH), 0xffffffff);
     sync_host(host);
     assert_int_equal(read_memory(host, FLASH, back, 4), ACK);
@@ -321,7 +321,7 @@ TEST(test_jump)
     hil_board_set_callbacks(host.board, &callbacks);
     assert_int_equal(hil_board_poke(host.board, FLASH, jumper, sizeof jumper), MR_OK);
     hil_supply_cut(&host.board->supply);
-    wait_ps(&host, HIL_MS_PS);
+    wait_ps(&host, HIL_PS_PER_MS);
     sync_host(&host);
     assert_int_equal(command(&host, 0x02), ACK);
     expect(&host, "\x01\x04\x13\x79", 4);
@@ -345,23 +345,23 @@ TEST(test_command)
     if (hil_board_load_elf(host.board, "build/firmware/matrig.elf") != MR_OK)
         fail_msg("%s", hil_board_failure_reason(host.board));
     hil_board_set_callbacks(host.board, &callbacks);
-    wait_ps(&host, 100 * HIL_MS_PS);
+    wait_ps(&host, 100 * HIL_PS_PER_MS);
     assert_int_equal(mr_command_parse("bootrom", 1, &message), MR_OK);
     frame.length = (uint8_t)mr_command_put(&message, frame.data);
     for (unsigned jumper = 0; jumper < 2; jumper++) { /* PE8 to ground */
         if (jumper)
             hil_gpio_drive(&host.board->mcu.gpio, 4, 8, false, hil_now_cycle(&host.board->core));
         assert_int_equal(hil_can_inject(&host.board->mcu.can, &frame), MR_OK);
-        wait_ps(&host, 100 * HIL_MS_PS);
+        wait_ps(&host, 100 * HIL_PS_PER_MS);
         assert_int_equal(hil_board_counters(host.board)->resets, jumper);
     }
     sync_host(&host);
     assert_int_equal(command(&host, 0x02), ACK);
     expect(&host, "\x01\x04\x13\x79", 4);
-    wait_ps(&host, 2 * HIL_SECOND_PS); /* the watchdog does not follow */
+    wait_ps(&host, 2 * HIL_PS_PER_S); /* the watchdog does not follow */
     assert_int_equal(command(&host, 0x21), ACK);
     assert_int_equal(address(&host, FLASH), ACK);
-    wait_ps(&host, 200 * HIL_MS_PS);
+    wait_ps(&host, 200 * HIL_PS_PER_MS);
     assert_true(hil_board_counters(host.board)->can_frames_out > 100); /* the firmware again */
     assert_int_equal(hil_board_counters(host.board)->resets, 1);
     hil_board_destroy(host.board);

@@ -30,7 +30,7 @@ static struct hil_board *on_the_bus(uint32_t control, enum hil_can_bus bus, stru
     heard->count = 0;
     hil_board_set_callbacks(board, &callbacks);
     bench_control(board, 0, control);
-    bench_run(board, 5 * HIL_MS_PS);
+    bench_run(board, 5 * HIL_PS_PER_MS);
     assert_int_equal(bench_result(board, 1), 0x100);
     return board;
 }
@@ -50,7 +50,7 @@ TEST(test_mailbox_order)
     struct heard heard;
     struct hil_board *board = on_the_bus(0, HIL_CAN_CONNECTED, &heard);
     queue(board, 0x300, 0x200, 0x100);
-    bench_run(board, 10 * HIL_MS_PS);
+    bench_run(board, 10 * HIL_PS_PER_MS);
     assert_int_equal(heard.count, 3);
     assert_int_equal(heard.frame[0].id, 0x300);
     assert_int_equal(heard.frame[1].id, 0x100);
@@ -59,7 +59,7 @@ TEST(test_mailbox_order)
     hil_board_destroy(board);
     board = on_the_bus(1, HIL_CAN_CONNECTED, &heard);
     queue(board, 0x300, 0x200, 0x100);
-    bench_run(board, 10 * HIL_MS_PS);
+    bench_run(board, 10 * HIL_PS_PER_MS);
     assert_int_equal(heard.count, 3);
     assert_int_equal(heard.frame[1].id, 0x200);
     assert_int_equal(heard.frame[2].id, 0x100);
@@ -73,12 +73,12 @@ TEST(test_time_on_the_bus)
     struct heard heard;
     struct hil_board *board = on_the_bus(0, HIL_CAN_CONNECTED, &heard);
     queue(board, 0x000, 0x155, 0x7ff);
-    bench_run(board, 10 * HIL_MS_PS);
+    bench_run(board, 10 * HIL_PS_PER_MS);
     assert_int_equal(heard.count, 3);
     for (unsigned i = 1; i < 3; i++) {
         uint64_t bits = hil_can_frame_bits(&heard.frame[i]).length + 3u;
         assert_true(llabs((long long)(heard.t_ps[i] - heard.t_ps[i - 1]) -
-                          (long long)(bits * HIL_US_PS)) <= 1);
+                          (long long)(bits * HIL_PS_PER_US)) <= 1);
     }
     assert_int_equal(heard.frame[0].length, 8);
     for (unsigned i = 0; i < 8; i++)
@@ -93,7 +93,7 @@ TEST(test_receive)
     struct hil_can_frame frame = {.id = 0x400, .length = 3, .data = {0xaa, 0xbb, 0xcc}};
     for (unsigned i = 0; i < 5; i++, frame.id++)
         assert_int_equal(hil_can_inject(&board->mcu.can, &frame), MR_OK);
-    bench_run(board, 10 * HIL_MS_PS);
+    bench_run(board, 10 * HIL_PS_PER_MS);
     assert_int_equal(bench_result(board, 2), 5);
     for (unsigned i = 0; i < 5; i++)
         assert_int_equal(bench_result(board, 8 + i), 0x400 + i);
@@ -110,10 +110,10 @@ TEST(test_overrun)
     struct hil_can_frame frame = {.id = 0x400};
     for (unsigned i = 0; i < 3; i++)
         hil_can_inject(&board->mcu.can, &frame);
-    bench_run(board, 8 * HIL_MS_PS);
+    bench_run(board, 8 * HIL_PS_PER_MS);
     assert_int_equal(bench_result(board, 40), 3u | 8u); /* FMP, FULL */
     hil_can_inject(&board->mcu.can, &frame);
-    bench_run(board, 10 * HIL_MS_PS);
+    bench_run(board, 10 * HIL_PS_PER_MS);
     assert_int_equal(bench_result(board, 40), 3u | 8u | 16u); /* and FOVR */
     hil_board_destroy(board);
 }
@@ -128,7 +128,7 @@ TEST(test_arbitration)
     hil_can_inject(&board->mcu.can, &first); /* holds the bus while the board queues */
     hil_can_inject(&board->mcu.can, &second);
     queue(board, 0x030, 0x031, 0x005);
-    bench_run(board, 10 * HIL_MS_PS);
+    bench_run(board, 10 * HIL_PS_PER_MS);
     assert_int_equal(bench_result(board, 2), 2);
     assert_int_equal(heard.count, 3);
     assert_int_equal(heard.frame[0].id, 0x005);
@@ -136,8 +136,8 @@ TEST(test_arbitration)
     /* first, 5, second, 30, 31: between 5 and 30 lies `second` */
     uint64_t bits = hil_can_frame_bits(&second).length + 3u +
                     hil_can_frame_bits(&heard.frame[1]).length + 3u;
-    assert_true(llabs((long long)(heard.t_ps[1] - heard.t_ps[0]) - (long long)(bits * HIL_US_PS)) <=
-                1);
+    assert_true(
+        llabs((long long)(heard.t_ps[1] - heard.t_ps[0]) - (long long)(bits * HIL_PS_PER_US)) <= 1);
     hil_board_destroy(board);
 }
 
@@ -149,7 +149,7 @@ TEST(test_unplugged)
     struct hil_board *board = on_the_bus(0, HIL_CAN_UNPLUGGED, &heard);
     bench_control(board, 2, 0x123);
     bench_control(board, 1, 1);
-    bench_run(board, 500 * HIL_MS_PS);
+    bench_run(board, 500 * HIL_PS_PER_MS);
     uint32_t esr = bench_result(board, 7);
     assert_int_equal(esr >> 16 & 0xffu, 128);
     assert_int_equal(esr & 7u, 3u);      /* warning, passive, not off */
@@ -157,7 +157,7 @@ TEST(test_unplugged)
     assert_int_equal(heard.count, 0);
     assert_true(hil_board_counters(board)->can_errors > 1000); /* it goes on trying */
     hil_can_set_bus(&board->mcu.can, HIL_CAN_CONNECTED);
-    bench_run(board, 501 * HIL_MS_PS);
+    bench_run(board, 501 * HIL_PS_PER_MS);
     assert_int_equal(heard.count, 1);
     assert_int_equal(bench_result(board, 7) >> 16 & 0xffu, 127);
     hil_board_destroy(board);
@@ -171,17 +171,17 @@ TEST(test_bus_off)
     struct hil_board *board = on_the_bus(0, HIL_CAN_SHORTED, &heard);
     bench_control(board, 2, 0x123);
     bench_control(board, 1, 1);
-    bench_run(board, 100 * HIL_MS_PS);
+    bench_run(board, 100 * HIL_PS_PER_MS);
     assert_int_equal(bench_result(board, 7) & 7u, 7u);
     assert_int_equal(hil_board_counters(board)->can_errors, 32);
     hil_board_destroy(board);
     board = on_the_bus(4, HIL_CAN_SHORTED, &heard);
     bench_control(board, 2, 0x123);
     bench_control(board, 1, 1);
-    bench_run(board, 100 * HIL_MS_PS);
+    bench_run(board, 100 * HIL_PS_PER_MS);
     assert_true(hil_board_counters(board)->can_errors > 32);
     hil_can_set_bus(&board->mcu.can, HIL_CAN_CONNECTED);
-    bench_run(board, 110 * HIL_MS_PS);
+    bench_run(board, 110 * HIL_PS_PER_MS);
     assert_int_equal(heard.count, 1);
     hil_board_destroy(board);
 }
@@ -236,7 +236,7 @@ TEST(test_wrong_drivers)
         bench_control(board, 0, cases[i].control);
         bench_control(board, 1, 1);
         bench_control(board, 2, 0x100);
-        assert_int_equal(hil_board_run_until(board, 5 * HIL_MS_PS), MR_UNMODELLED);
+        assert_int_equal(hil_board_run_until(board, 5 * HIL_PS_PER_MS), MR_UNMODELLED);
         if (!strstr(hil_board_failure_reason(board), cases[i].reason))
             fail_msg("%s: %s", cases[i].reason, hil_board_failure_reason(board));
         hil_board_destroy(board);

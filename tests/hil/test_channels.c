@@ -119,9 +119,9 @@ TEST(a_broken_lead_is_told_while_idle)
         unsigned channel, fault, validity;
     } cases[] = {
         {2, HIL_CHANNEL_OPEN, MR_INVALID_OPEN},
-        {2, HIL_CHANNEL_HIGH, MR_INVALID_SHORT},
+        {2, HIL_CHANNEL_HIGH, MR_INVALID_SHORTED},
         {9, HIL_CHANNEL_OPEN, MR_INVALID_OPEN},
-        {9, HIL_CHANNEL_HIGH, MR_INVALID_SHORT},
+        {9, HIL_CHANNEL_HIGH, MR_INVALID_SHORTED},
     };
     struct ear *ear = ear_open(NULL, 0);
     double t_s = 1.0;

@@ -11,10 +11,10 @@ static struct hil_board *started(const struct hil_options *options, uint32_t wat
 TEST(test_start)
 {
     struct hil_board *board = started(NULL, 0);
-    bench_run(board, 2100 * HIL_US_PS);
+    bench_run(board, 2100 * HIL_PS_PER_US);
     assert_int_equal(bench_result(board, 1), 0); /* crystal 2 ms, PLL 200 us: not there yet */
     assert_int_equal(board->core.state.clock.hclk_hz, 16000000);
-    bench_run(board, 3 * HIL_MS_PS);
+    bench_run(board, 3 * HIL_PS_PER_MS);
     assert_int_equal(bench_result(board, 1), 0x100);
     assert_int_equal(board->core.state.clock.hclk_hz, 168000000);
     assert_int_equal(bench_result(board, 2) >> 24, 0x0e); /* power-on, pin, brown-out */
@@ -34,7 +34,7 @@ TEST(test_no_crystal)
     options.hse_hz = 0;
     options.hsi_error_ppm = 10000;
     struct hil_board *board = started(&options, 0);
-    bench_run(board, 500 * HIL_MS_PS);
+    bench_run(board, 500 * HIL_PS_PER_MS);
     assert_int_equal(bench_result(board, 1), 0x101);
     assert_int_equal(board->core.state.clock.hclk_hz, 16160000);
     hil_board_destroy(board);
@@ -54,16 +54,16 @@ TEST(test_watchdog)
         options.lsi_hz = cases[i].lsi_hz;
         struct hil_board *board = started(&options, 1);
         const struct hil_counters *counters = hil_board_counters(board);
-        bench_run(board, 100 * HIL_MS_PS);
+        bench_run(board, 100 * HIL_PS_PER_MS);
         assert_int_equal(counters->watchdog_resets, 0);
         bench_control(board, 1, 1);
-        bench_run(board, 100 * HIL_MS_PS + (cases[i].timeout_us - 30) * HIL_US_PS);
+        bench_run(board, 100 * HIL_PS_PER_MS + (cases[i].timeout_us - 30) * HIL_PS_PER_US);
         assert_int_equal(counters->watchdog_resets, 0);
-        bench_run(board, 100 * HIL_MS_PS + (cases[i].timeout_us + 30) * HIL_US_PS);
+        bench_run(board, 100 * HIL_PS_PER_MS + (cases[i].timeout_us + 30) * HIL_PS_PER_US);
         assert_int_equal(counters->watchdog_resets, 1);
         assert_int_equal(counters->resets, 1);
         bench_control(board, 1, 0);
-        bench_run(board, 110 * HIL_MS_PS + cases[i].timeout_us * HIL_US_PS);
+        bench_run(board, 110 * HIL_PS_PER_MS + cases[i].timeout_us * HIL_PS_PER_US);
         assert_int_equal(bench_result(board, 0), 2); /* started twice */
         /* IWDGRSTF, PINRSTF; the first start cleared the others */
         assert_int_equal(bench_result(board, 2) >> 24, 0x24);

@@ -15,7 +15,7 @@ TEST(test_order)
                                         /* SVC from the process stack */
                                         0xa0};
     struct hil_board *board = bench_board("core", NULL);
-    bench_run(board, 20 * HIL_MS_PS);
+    bench_run(board, 20 * HIL_PS_PER_MS);
     assert_int_equal(bench_result(board, 0), 1);
     assert_int_equal(bench_result(board, 7), sizeof expected / sizeof expected[0]);
     for (unsigned i = 0; i < sizeof expected / sizeof expected[0]; i++)
@@ -35,7 +35,7 @@ TEST(test_fp_context)
     float sum;
     uint32_t bits;
     struct hil_board *board = bench_board("core", NULL);
-    bench_run(board, 20 * HIL_MS_PS);
+    bench_run(board, 20 * HIL_PS_PER_MS);
     bits = bench_result(board, 2);
     memcpy(&sum, &bits, sizeof sum);
     assert_true(sum == 46.0f);
@@ -46,10 +46,10 @@ TEST(test_fp_context)
 TEST(test_pieces)
 {
     struct hil_board *whole = bench_board("core", NULL), *cut = bench_board("core", NULL);
-    bench_run(whole, 20 * HIL_MS_PS);
-    for (uint64_t t_ps = 0; t_ps < 20 * HIL_MS_PS; t_ps += 37 * HIL_US_PS)
+    bench_run(whole, 20 * HIL_PS_PER_MS);
+    for (uint64_t t_ps = 0; t_ps < 20 * HIL_PS_PER_MS; t_ps += 37 * HIL_PS_PER_US)
         bench_run(cut, t_ps);
-    bench_run(cut, 20 * HIL_MS_PS);
+    bench_run(cut, 20 * HIL_PS_PER_MS);
     assert_int_equal(hil_board_counters(cut)->instructions,
                      hil_board_counters(whole)->instructions);
     assert_int_equal(hil_board_counters(cut)->exceptions, hil_board_counters(whole)->exceptions);
@@ -62,7 +62,7 @@ static struct hil_board *misdeed(uint32_t which, enum mr_status status)
 {
     struct hil_board *board = bench_board("wild", NULL);
     bench_control(board, 0, which);
-    assert_int_equal(hil_board_run_until(board, 100 * HIL_MS_PS), status);
+    assert_int_equal(hil_board_run_until(board, 100 * HIL_PS_PER_MS), status);
     return board;
 }
 
@@ -86,7 +86,7 @@ TEST(test_unmodelled)
     assert_reason(board, "read of 4 bytes at 0x40004404");
     assert_pc_of_read(board);
     /* it stays stopped */
-    assert_int_equal(hil_board_run_until(board, 200 * HIL_MS_PS), MR_UNMODELLED);
+    assert_int_equal(hil_board_run_until(board, 200 * HIL_PS_PER_MS), MR_UNMODELLED);
     hil_board_destroy(board);
     board = misdeed(9, MR_UNMODELLED);
     assert_reason(board, "0x40023888 (RCC + 0x88)");
@@ -181,7 +181,7 @@ TEST(test_usage_faults)
         options.is_alignment_checked = cases[i].alignment;
         struct hil_board *board = bench_board("wild", &options);
         bench_control(board, 0, cases[i].which);
-        bench_run(board, 100 * HIL_MS_PS);
+        bench_run(board, 100 * HIL_PS_PER_MS);
         assert_int_equal(bench_result(board, 1), 1);
         assert_int_equal(bench_result(board, 2), cases[i].cfsr);
         assert_int_equal(bench_result(board, 6), cases[i].done);
@@ -202,7 +202,7 @@ TEST(test_no_fault)
         options.is_alignment_checked = true;
         struct hil_board *board = bench_board("wild", &options);
         bench_control(board, 0, cases[i]);
-        bench_run(board, 100 * HIL_MS_PS);
+        bench_run(board, 100 * HIL_PS_PER_MS);
         assert_int_equal(bench_result(board, 4), 0x600d);
         assert_int_equal(hil_board_counters(board)->fault_exceptions, 0);
         hil_board_destroy(board);
@@ -213,7 +213,7 @@ TEST(test_no_fault)
 TEST(test_code_in_sram)
 {
     struct hil_board *board = bench_board("ramcode", NULL);
-    bench_run(board, HIL_MS_PS);
+    bench_run(board, HIL_PS_PER_MS);
     assert_int_equal(bench_result(board, 0), 1);
     assert_int_equal(bench_result(board, 1), 15);
     assert_int_equal(bench_result(board, 2), 17);

@@ -47,8 +47,8 @@ static void stepped_equals_run(struct hil_board *alone, struct hil_board *steppe
     }
     assert_in_range(steps, at_least, UINT32_MAX);
     hil_debug_detach(stepped);
-    bench_run(stepped, to_ps + 5 * HIL_MS_PS); /* a block it was in is finished */
-    bench_run(alone, to_ps + 5 * HIL_MS_PS);
+    bench_run(stepped, to_ps + 5 * HIL_PS_PER_MS); /* a block it was in is finished */
+    bench_run(alone, to_ps + 5 * HIL_PS_PER_MS);
     assert_same(alone, stepped);
 }
 
@@ -58,7 +58,7 @@ TEST(test_steps_change_nothing)
     for (unsigned i = 0; i < sizeof images / sizeof images[0]; i++) {
         struct hil_board *alone = bench_board(images[i], NULL),
                          *stepped = bench_board(images[i], NULL);
-        stepped_equals_run(alone, stepped, 0, HIL_MS_PS / 4, 500);
+        stepped_equals_run(alone, stepped, 0, HIL_PS_PER_MS / 4, 500);
         hil_board_destroy(alone);
         hil_board_destroy(stepped);
     }
@@ -66,12 +66,12 @@ TEST(test_steps_change_nothing)
      * stepped through before */
     struct hil_board *alone = bench_board("hang_loop", NULL),
                      *stepped = bench_board("hang_loop", NULL);
-    stepped_equals_run(alone, stepped, 11 * HIL_MS_PS, 12 * HIL_MS_PS, 5000);
+    stepped_equals_run(alone, stepped, 11 * HIL_PS_PER_MS, 12 * HIL_PS_PER_MS, 5000);
     hil_board_destroy(alone);
     hil_board_destroy(stepped);
     alone = firmware_board();
     stepped = firmware_board();
-    stepped_equals_run(alone, stepped, 20 * HIL_MS_PS, 23 * HIL_MS_PS, 10000);
+    stepped_equals_run(alone, stepped, 20 * HIL_PS_PER_MS, 23 * HIL_PS_PER_MS, 10000);
     hil_board_destroy(alone);
     hil_board_destroy(stepped);
 }
@@ -92,7 +92,7 @@ static uint32_t function_at(const char *name)
  * blocks: it holds at each instruction that it comes to, and the run stays what it is. */
 TEST(test_breaks_change_nothing)
 {
-    const uint64_t end_ps = 40 * HIL_MS_PS;
+    const uint64_t end_ps = 40 * HIL_PS_PER_MS;
     struct hil_debug debug;
     struct hil_board *alone = firmware_board(), *broken = firmware_board();
     uint32_t address = function_at("mr_block_from_scans");
@@ -132,14 +132,14 @@ TEST(test_watchpoints)
     struct hil_debug debug;
     struct hil_board *board = firmware_board();
     uint32_t before, after, address = 0;
-    bench_run(board, 20 * HIL_MS_PS);
+    bench_run(board, 20 * HIL_PS_PER_MS);
     uint32_t dma_start = 0, dma_end = 0;
     assert_int_equal(hil_elf_find_symbol("build/firmware/matrig.elf", "dma_start", &dma_start),
                      MR_OK);
     assert_int_equal(hil_elf_find_symbol("build/firmware/matrig.elf", "dma_end", &dma_end), MR_OK);
     /* a word that changes: the first one of RAM that differs a millisecond later */
     struct hil_board *later = snapshot_fork(board);
-    bench_run(later, 22 * HIL_MS_PS);
+    bench_run(later, 22 * HIL_PS_PER_MS);
     for (uint32_t at = SRAM + 0x1068u; !address && at < SRAM + 0x10000u; at += 4) {
         bool by_dma = at >= dma_start && at < dma_end; /* which watchpoints do not see */
         if (!by_dma && bench_word(board, at) != bench_word(later, at))
@@ -151,7 +151,7 @@ TEST(test_watchpoints)
     before = bench_word(board, address);
     do {
         hil_debug_run(board);
-        bench_run(board, 22 * HIL_MS_PS);
+        bench_run(board, 22 * HIL_PS_PER_MS);
         after = bench_word(board, address);
     } while (hil_debug_is_holding(board) && after == before);
     assert_int_equal(debug.hold_reason, HIL_HOLD_WATCHPOINT);
@@ -165,8 +165,8 @@ TEST(test_watchpoints)
     assert_int_equal(hil_debug_set_watchpoint(board, HIL_WATCH_READ, SRAM + 0x100u, 4, true),
                      MR_FULL);
     hil_debug_detach(board);
-    bench_run(board, 30 * HIL_MS_PS);
-    bench_run(later, 30 * HIL_MS_PS);
+    bench_run(board, 30 * HIL_PS_PER_MS);
+    bench_run(later, 30 * HIL_PS_PER_MS);
     assert_same(board, later);
     hil_board_destroy(board);
     hil_board_destroy(later);
@@ -208,7 +208,7 @@ TEST(test_watchpoints_name_the_instruction)
         assert_int_equal(hil_debug_set_watchpoint(board, places[i].kind, 0x20011100u, 4, true),
                          MR_OK);
         hil_debug_run(board);
-        bench_run(board, HIL_MS_PS);
+        bench_run(board, HIL_PS_PER_MS);
         assert_int_equal(debug.hold_reason, HIL_HOLD_WATCHPOINT);
         assert_int_equal(debug.hit_address, 0x20011100u);
         assert_int_equal(debug.hit_pc, 0x20010000u + places[i].offset);
@@ -231,7 +231,7 @@ TEST(test_watchpoints_hold_behind_each_access)
     assert_int_equal(hil_debug_set_watchpoint(board, HIL_WATCH_WRITE, 0x20011100u, 4, true), MR_OK);
     for (unsigned i = 0; i < 2; i++) {
         hil_debug_run(board);
-        bench_run(board, HIL_MS_PS);
+        bench_run(board, HIL_PS_PER_MS);
         assert_int_equal(debug.hold_reason, HIL_HOLD_WATCHPOINT);
         assert_int_equal(bench_word(board, 0x20011100u), i ? 5 : 0x20011000u);
         assert_int_equal(hil_debug_read_register(board, HIL_REG_PC), 0x20010002u + 2u * i);
@@ -243,7 +243,7 @@ TEST(test_watchpoints_hold_behind_each_access)
 /* A watched access is made once: each store to the transmitter is a byte. */
 TEST(test_watchpoints_of_a_peripheral_change_nothing)
 {
-    const uint64_t end_ps = HIL_MS_PS;
+    const uint64_t end_ps = HIL_PS_PER_MS;
     struct hil_debug debug;
     const char *image = "../../conformance/images/core";
     struct hil_board *alone = bench_board(image, NULL), *watched = bench_board(image, NULL);
@@ -258,8 +258,8 @@ TEST(test_watchpoints_of_a_peripheral_change_nothing)
     } while (hil_debug_is_holding(watched) && ++held);
     assert_in_range(held, 20, 100000);
     hil_debug_detach(watched);
-    bench_run(watched, end_ps + HIL_MS_PS);
-    bench_run(alone, end_ps + HIL_MS_PS);
+    bench_run(watched, end_ps + HIL_PS_PER_MS);
+    bench_run(alone, end_ps + HIL_PS_PER_MS);
     assert_in_range(hil_board_counters(alone)->serial_bytes_out, 100, 1000);
     assert_same(alone, watched);
     hil_board_destroy(alone);
@@ -275,7 +275,7 @@ TEST(test_refusals_name_the_instruction)
         struct hil_board *board = firmware_board();
         run_place(board, &debug, &places[i], 0x40002800u);
         hil_debug_detach(board);
-        assert_int_equal(hil_board_run_until(board, HIL_MS_PS), MR_UNMODELLED);
+        assert_int_equal(hil_board_run_until(board, HIL_PS_PER_MS), MR_UNMODELLED);
         snprintf(pc, sizeof pc, "0x40002800, PC 0x%08x",
                  (unsigned)(0x20010000u + places[i].offset));
         if (!strstr(hil_board_failure_reason(board), pc))
@@ -292,7 +292,7 @@ TEST(test_looking_changes_nothing)
     uint8_t bytes[4];
     struct hil_debug debug;
     struct hil_board *board = firmware_board();
-    bench_run(board, 30 * HIL_MS_PS + 9 * HIL_MS_PS / 10);
+    bench_run(board, 30 * HIL_PS_PER_MS + 9 * HIL_PS_PER_MS / 10);
     struct hil_board *alone = snapshot_fork(board);
     hil_debug_attach(board, &debug);
     assert_int_equal(hil_debug_read(board, 0xe000e010u, bytes, 4), MR_OK);
@@ -305,8 +305,8 @@ TEST(test_looking_changes_nothing)
     assert_int_equal(hil_debug_read(board, 0x400fff00u, bytes, 4), MR_UNKNOWN);
     assert_int_equal(hil_debug_write(board, 0x400fff00u, bytes, 4), MR_UNKNOWN);
     hil_debug_detach(board);
-    bench_run(board, 40 * HIL_MS_PS);
-    bench_run(alone, 40 * HIL_MS_PS);
+    bench_run(board, 40 * HIL_PS_PER_MS);
+    bench_run(alone, 40 * HIL_PS_PER_MS);
     assert_same(board, alone);
     hil_board_destroy(board);
     hil_board_destroy(alone);
@@ -321,7 +321,7 @@ TEST(test_registers)
     hil_debug_attach(board, &debug);
     assert_int_equal(hil_debug_set_breakpoint(board, address + 4u, true), MR_OK);
     hil_debug_run(board);
-    bench_run(board, 20 * HIL_MS_PS);
+    bench_run(board, 20 * HIL_PS_PER_MS);
     assert_int_equal(hil_debug_read_register(board, HIL_REG_PC), address + 4u);
     uint64_t instructions = hil_board_counters(board)->instructions;
     for (unsigned i = 0; i < HIL_REG_COUNT; i++) {
@@ -340,7 +340,7 @@ TEST(test_registers)
     assert_in_range(hil_board_counters(board)->instructions - instructions, 1, 2);
     assert_int_equal(hil_debug_set_breakpoint(board, other + 2u, true), MR_OK);
     hil_debug_run(board);
-    bench_run(board, 21 * HIL_MS_PS);
+    bench_run(board, 21 * HIL_PS_PER_MS);
     assert_int_equal(hil_debug_read_register(board, HIL_REG_PC) & ~3u, (other + 2u) & ~3u);
     hil_board_destroy(board);
 }
@@ -356,7 +356,7 @@ TEST(test_time_may_go_on)
     struct hil_board *board = firmware_board();
     struct hil_debug debug;
     const struct hil_counters *counters = hil_board_counters(board);
-    bench_run(board, HIL_SECOND_PS / 2);
+    bench_run(board, HIL_PS_PER_S / 2);
     hil_debug_attach(board, &debug);
     for (uint32_t stops = BOTH;; stops = 0) {
         uint32_t fz = hil_bus_read(&board->core, APB1_FZ, 4);
@@ -364,7 +364,7 @@ TEST(test_time_may_go_on)
         uint64_t scans = counters->adc_scans[0], instructions = counters->instructions,
                  from_ps = hil_board_now_ps(board);
         uint32_t count = hil_bus_read(&board->core, TIM2_CNT, 4);
-        hil_debug_advance(board, from_ps + 7 * HIL_MS_PS / 2);
+        hil_debug_advance(board, from_ps + 7 * HIL_PS_PER_MS / 2);
         assert_near((double)(hil_board_now_ps(board) - from_ps) * 1e-9, 3.5, 1e-4);
         assert_int_equal(counters->instructions, instructions);
         assert_near(hil_bus_read(&board->core, TIM2_CNT, 4) - count, stops ? 0 : 294000, 1);
@@ -372,18 +372,18 @@ TEST(test_time_may_go_on)
         if (!stops)
             break;
         hil_debug_run(board); /* the next trigger comes, where it was left */
-        bench_run(board, hil_board_now_ps(board) + 10 * HIL_MS_PS);
+        bench_run(board, hil_board_now_ps(board) + 10 * HIL_PS_PER_MS);
         assert_near(counters->adc_scans[0] - scans, 80, 1);
         hil_debug_hold(board, HIL_HOLD_REQUESTED);
     }
     assert_int_equal(counters->resets, 0);
-    hil_debug_advance(board, hil_board_now_ps(board) + 2 * HIL_SECOND_PS); /* the watchdog stops */
+    hil_debug_advance(board, hil_board_now_ps(board) + 2 * HIL_PS_PER_S); /* the watchdog stops */
     assert_false(board->core.reset.is_requested);
     hil_bus_write(&board->core, APB1_FZ, 4, 0);
-    hil_debug_advance(board, hil_board_now_ps(board) + 2 * HIL_SECOND_PS);
+    hil_debug_advance(board, hil_board_now_ps(board) + 2 * HIL_PS_PER_S);
     assert_true(board->core.reset.is_requested);
     hil_debug_detach(board);
-    bench_run(board, hil_board_now_ps(board) + HIL_MS_PS);
+    bench_run(board, hil_board_now_ps(board) + HIL_PS_PER_MS);
     assert_int_equal(counters->watchdog_resets, 1);
     hil_board_destroy(board);
 }
@@ -404,7 +404,7 @@ TEST(test_bkpt)
             hil_debug_detach(b);
         else
             hil_debug_run(b);
-        bench_run(b, HIL_MS_PS);
+        bench_run(b, HIL_PS_PER_MS);
     }
     assert_int_equal(hil_board_counters(alone)->fault_exceptions, 1);
     assert_int_equal(debug.hold_reason, HIL_HOLD_BKPT);
@@ -412,7 +412,7 @@ TEST(test_bkpt)
     assert_int_equal(hil_debug_read_register(board, HIL_REG_PC), 0x20010002u);
     assert_int_equal(hil_debug_read_register(board, 0), 1);
     hil_debug_run(board);
-    bench_run(board, 2 * HIL_MS_PS);
+    bench_run(board, 2 * HIL_PS_PER_MS);
     assert_false(hil_debug_is_holding(board));
     assert_int_equal(hil_debug_read_register(board, 0), 5);
     hil_debug_detach(board);

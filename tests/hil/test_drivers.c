@@ -192,7 +192,7 @@ TEST(without_a_crystal_the_internal_oscillator_serves)
     assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(CLOCK_FALLBACK));
     assert_int_equal(ear->board->core.state.clock.hclk_hz, 169512000);
     assert_int_equal(ear->can_frames, 0);
-    assert_int_equal(ear->serial_bad, 0);
+    assert_int_equal(ear->serial_refused_count, 0);
     assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(CAN_SILENT));
     struct mr_clock from, to;
     mr_clock_get(&from, ear->last[EAR_SERIAL][MR_ID_CLOCK], MR_MESSAGE_BYTES_MAX);

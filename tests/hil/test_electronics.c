@@ -531,7 +531,7 @@ static unsigned changes_of_lamp(struct hil_board *board)
     uint64_t now_ps = hil_board_now_ps(board);
     unsigned changes = 0;
     for (unsigned i = 0; i < 400; i++) {
-        assert_int_equal(hil_board_run_until(board, now_ps + i * 50 * HIL_US_PS), MR_OK);
+        assert_int_equal(hil_board_run_until(board, now_ps + i * 50 * HIL_PS_PER_US), MR_OK);
         if (i % 40 == 20)
             hil_gpio_notify_listeners(&board->mcu.gpio, hil_now_cycle(&board->core));
         bool is = hil_gpio_level(&board->mcu.gpio, lamp.port, lamp.pin);

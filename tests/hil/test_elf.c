@@ -98,7 +98,7 @@ TEST(test_missing)
     assert_int_equal(hil_board_load_elf(board, "build/test-tmp/hil/no-such.elf"), MR_IO);
     assert_non_null(strstr(hil_board_failure_reason(board), "no-such.elf"));
     /* erased flash has no reset vector */
-    assert_int_equal(hil_board_run_until(board, HIL_MS_PS), MR_HALTED);
+    assert_int_equal(hil_board_run_until(board, HIL_PS_PER_MS), MR_HALTED);
     hil_board_destroy(board);
 }
 
@@ -164,7 +164,7 @@ TEST(test_refused_changes_nothing)
         hil_board_load_elf(board, bench_scratch("short.elf", image, word(segment() + 4) + 8)),
         MR_TRUNCATED);
     assert_int_equal(bench_word(board, 0x08000004), before);
-    bench_run(board, 5 * HIL_MS_PS);
+    bench_run(board, 5 * HIL_PS_PER_MS);
     assert_int_equal(bench_result(board, 1), 0x100);
     hil_board_destroy(board);
 }

@@ -70,7 +70,7 @@ TEST(a_brown_out_without_reset_ends_the_run)
     assert_int_equal(hil_board_counters(ear->board)->resets, 0);
     ear_until(ear, 0.4);
     assert_int_equal(hil_board_counters(ear->board)->power_cuts, 1);
-    assert_int_equal(hil_board_run_until(ear->board, HIL_SECOND_PS), MR_HALTED);
+    assert_int_equal(hil_board_run_until(ear->board, HIL_PS_PER_S), MR_HALTED);
     assert_non_null(strstr(hil_board_failure_reason(ear->board), "2.60 V"));
     ear_close(ear);
 }
@@ -138,18 +138,18 @@ TEST(without_clock_security_the_clock_stands_still)
     still_run(&run, 1.0);
     hil_board_attach_rig(board, &run);
     const struct hil_counters *counters = hil_board_counters(board);
-    struct hil_fault stop = {.trigger_ps = 10 * HIL_MS_PS, .action = HIL_FAULT_CRYSTAL};
+    struct hil_fault stop = {.trigger_ps = 10 * HIL_PS_PER_MS, .action = HIL_FAULT_CRYSTAL};
     struct hil_fault start = {
-        .trigger_ps = 20 * HIL_MS_PS, .action = HIL_FAULT_CRYSTAL, .variant = 1};
+        .trigger_ps = 20 * HIL_PS_PER_MS, .action = HIL_FAULT_CRYSTAL, .variant = 1};
     assert_int_equal(hil_faults_add(&board->faults, &stop), MR_OK);
     assert_int_equal(hil_faults_add(&board->faults, &start), MR_OK);
-    bench_run(board, 10 * HIL_MS_PS + 10 * HIL_US_PS);
+    bench_run(board, 10 * HIL_PS_PER_MS + 10 * HIL_PS_PER_US);
     uint64_t instructions = counters->instructions, scans = counters->adc_scans[HIL_ADC1];
-    bench_run(board, 21 * HIL_MS_PS);
-    assert_int_equal(hil_board_now_ps(board) / HIL_US_PS, 21000);
+    bench_run(board, 21 * HIL_PS_PER_MS);
+    assert_int_equal(hil_board_now_ps(board) / HIL_PS_PER_US, 21000);
     assert_int_equal(counters->instructions, instructions);
     assert_int_equal(counters->adc_scans[HIL_ADC1], scans);
-    bench_run(board, 32 * HIL_MS_PS);
+    bench_run(board, 32 * HIL_PS_PER_MS);
     assert_in_range(counters->adc_scans[HIL_ADC1], scans + 79, scans + 81); /* 10 ms at 8 kHz */
     hil_board_destroy(board);
     hil_run_free(&run);
@@ -192,7 +192,7 @@ TEST(a_bit_of_vectors_or_header_is_told)
         struct ear *ear = ear_open(NULL, 0);
         ear_order(ear, flips[i]);
         ear_until(ear, 1.6);
-        assert_int_equal(image_state(ear), MR_IMAGE_HEADER);
+        assert_int_equal(image_state(ear), MR_IMAGE_HEADER_DAMAGED);
         ear_close(ear);
     }
 }
@@ -205,13 +205,13 @@ TEST(a_bit_of_flash_changes_the_image)
     struct mr_board_image before, after;
     ear_until(ear, 0.7);
     mr_board_image_get(&before, ear->last[EAR_CAN][MR_ID_BOARD_IMAGE], MR_MESSAGE_BYTES_MAX);
-    assert_int_equal(image_state(ear), MR_IMAGE_GOOD);
+    assert_int_equal(image_state(ear), MR_IMAGE_INTACT);
     ear_order(ear, "at 0.8 flip processor_fault+4 0\nat 0.9 power-cut 1");
     ear_until(ear, 1.6);
     mr_board_image_get(&after, ear->last[EAR_CAN][MR_ID_BOARD_IMAGE], MR_MESSAGE_BYTES_MAX);
     assert_int_not_equal(after.image_crc, before.image_crc);
     assert_int_equal(after.uid2, before.uid2);
-    assert_int_equal(image_state(ear), MR_IMAGE_PROGRAM);
+    assert_int_equal(image_state(ear), MR_IMAGE_PROGRAM_DAMAGED);
     ear_close(ear);
 }
 
@@ -361,23 +361,23 @@ TEST(bytes_from_the_board)
     ear_order(ear, "seed 3\nat 0.5 serial out corrupt 3 p 0.05\nat 1.5 serial out drop 2 p 0.05\n"
                    "at 2.5 serial out repeat 2 p 0.05\nat 3.5 serial out delay 1 us 20000");
     ear_until(ear, 0.5);
-    assert_int_equal(ear->serial_bad, 0);
+    assert_int_equal(ear->serial_refused_count, 0);
     ear_until(ear, 1.5);
-    unsigned bad = ear->serial_bad;
+    unsigned bad = ear->serial_refused_count;
     /* refused by its checksum; one more when the end of a frame was hit */
     assert_in_range(bad, 1, 4);
     ear_until(ear, 2.5);
-    assert_true(ear->serial_bad > bad);
-    bad = ear->serial_bad;
+    assert_true(ear->serial_refused_count > bad);
+    bad = ear->serial_refused_count;
     ear_until(ear, 3.5);
-    assert_true(ear->serial_bad > bad);
-    bad = ear->serial_bad;
+    assert_true(ear->serial_refused_count > bad);
+    bad = ear->serial_refused_count;
     uint64_t last_ps = ear->last_ps[EAR_SERIAL];
     ear_until(ear, 3.512);
     assert_int_equal(ear->last_ps[EAR_SERIAL], last_ps); /* held back */
     ear_until(ear, 4.0);
-    assert_int_equal(ear->serial_bad, bad); /* late, but whole */
-    assert_true(ear->serial_lost >= 3);     /* the numbers of the frames say how many */
+    assert_int_equal(ear->serial_refused_count, bad); /* late, but whole */
+    assert_true(ear->serial_lost >= 3);               /* the numbers of the frames say how many */
     ear_close(ear);
 }
 
@@ -636,7 +636,7 @@ TEST(impossible_orders_are_refused)
     fault = (struct hil_fault){.action = HIL_FAULT_CRYSTAL};
     ear_until(ear, 0.01);
     assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_USAGE);
-    fault.trigger_ps = HIL_SECOND_PS;
+    fault.trigger_ps = HIL_PS_PER_S;
     for (unsigned i = 0; i < HIL_FAULTS_MAX; i++)
         assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_OK);
     assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_FULL);

@@ -34,7 +34,7 @@ TEST(test_keys)
     static const uint32_t control_register[] = {0x80000000u, 0x80000000u, 0x80000000u, 1,
                                                 0x80000000u, 0,           0x80000000u};
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 1, 0, 0);
-    finish(board, HIL_MS_PS);
+    finish(board, HIL_PS_PER_MS);
     for (unsigned i = 0; i < 7; i++)
         assert_int_equal(bench_result(board, 1 + i) & 0xffffff01u, control_register[i]);
     assert_int_equal(bench_result(board, 8), 0x0fffaaed); /* OPTLOCK still set */
@@ -45,7 +45,7 @@ TEST(test_keys)
 TEST(test_program)
 {
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 2, 0, 0);
-    finish(board, 10 * HIL_MS_PS);
+    finish(board, 10 * HIL_PS_PER_MS);
     assert_in_range(bench_result(board, 2) - bench_result(board, 1), WORD_CYCLES,
                     WORD_CYCLES + LOOP_CYCLES);
     assert_int_equal(bench_result(board, 3), 0x12345678);
@@ -67,7 +67,7 @@ TEST(test_program)
 TEST(test_mistakes)
 {
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 3, 0, 0);
-    finish(board, 10 * HIL_MS_PS);
+    finish(board, 10 * HIL_PS_PER_MS);
     assert_int_equal(bench_result(board, 1), 0x80);
     assert_int_equal(bench_result(board, 2), 0);
     assert_int_equal(bench_result(board, 3), 0x40);
@@ -95,7 +95,7 @@ TEST(test_erase_times)
             uint32_t ms = maximum ? cases[i].maximum_ms : cases[i].typical_ms;
             struct hil_board *board = flash_board(maximum ? HIL_TIMES_MAXIMUM : HIL_TIMES_TYPICAL,
                                                   4, cases[i].psize, cases[i].sector);
-            finish(board, 3 * HIL_SECOND_PS);
+            finish(board, 3 * HIL_PS_PER_S);
             assert_in_range(bench_result(board, 2) - bench_result(board, 1), ms * 16000u,
                             ms * 16000u + 200u);
             hil_board_destroy(board);
@@ -110,7 +110,7 @@ TEST(test_stall)
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 4, 2, 1);
     uint32_t old = 0x12345678;
     assert_int_equal(hil_board_poke(board, SECTOR_1 + 0x3ffc, &old, 4), MR_OK);
-    finish(board, HIL_SECOND_PS);
+    finish(board, HIL_PS_PER_S);
     assert_int_equal(bench_word(board, SECTOR_1 + 0x3ffc), 0xffffffff);
     assert_in_range(bench_result(board, 3), 0, 2);
     assert_in_range(bench_result(board, 5), 1, 2);
@@ -126,7 +126,7 @@ TEST(test_stall)
 TEST(test_no_stall_in_ram)
 {
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 5, 0, 0);
-    finish(board, HIL_SECOND_PS);
+    finish(board, HIL_PS_PER_S);
     assert_in_range(bench_result(board, 2) - bench_result(board, 1), 4000000,
                     4000000 + LOOP_CYCLES);
     assert_true(bench_result(board, 3) > 400000);
@@ -134,7 +134,7 @@ TEST(test_no_stall_in_ram)
     hil_board_destroy(board);
 
     board = flash_board(HIL_TIMES_TYPICAL, 5, 0, 1);
-    finish(board, HIL_SECOND_PS);
+    finish(board, HIL_PS_PER_S);
     assert_in_range(bench_result(board, 2) - bench_result(board, 1), 4000000,
                     4000000 + LOOP_CYCLES);
     assert_int_equal(bench_result(board, 3), 0); /* the load of flash took all the time */
@@ -149,18 +149,18 @@ TEST(test_no_stall_in_ram)
 TEST(test_options)
 {
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 6, 0x0fffaae8, 0);
-    finish(board, HIL_SECOND_PS);
+    finish(board, HIL_PS_PER_S);
     assert_int_equal(bench_result(board, 1), 0x0fffaaed);
     assert_int_equal(bench_result(board, 2), 0x5513aaec); /* value below, complement above */
     assert_int_equal(bench_result(board, 3), 0xf0000fff);
     hil_supply_cut(&board->supply);
-    bench_run(board, hil_board_now_ps(board) + 70 * HIL_NS_PS);
+    bench_run(board, hil_board_now_ps(board) + 70 * HIL_PS_PER_NS);
     assert_int_equal(hil_board_counters(board)->power_cuts, 1);
     /* RAM is noise now, and main has not looked yet */
     assert_int_not_equal(bench_result(board, 43), 0x600d);
     bench_control(board, 0, 6);
     bench_control(board, 1, 0x0ffdaaec);
-    assert_int_equal(hil_board_run_until(board, hil_board_now_ps(board) + HIL_SECOND_PS),
+    assert_int_equal(hil_board_run_until(board, hil_board_now_ps(board) + HIL_PS_PER_S),
                      MR_UNMODELLED);
     assert_int_equal(bench_result(board, 1), 0x0fffaae9);
     assert_non_null(strstr(hil_board_failure_reason(board), "write protection"));
@@ -185,7 +185,7 @@ TEST(test_torn_word)
             struct hil_board *board = bench_board("flash", &options);
             bench_control(board, 0, 7);
             bench_cut_at(board, false, 10, permille);
-            bench_run(board, 2 * HIL_MS_PS);
+            bench_run(board, 2 * HIL_PS_PER_MS);
             assert_int_equal(hil_board_counters(board)->power_cuts, 1);
             for (unsigned i = 0; i < 9; i++)
                 assert_int_equal(bench_word(board, SECTOR_1 + 4 * i), 0x5a000000u + i);
@@ -216,7 +216,7 @@ TEST(test_torn_sector)
         assert_int_equal(hil_board_poke(board, at, old, sizeof old), MR_OK);
     bench_cut_at(board, false, 1, 250);
     /* 62.5 ms of 250, then it has started anew; RAM is noise, control too */
-    bench_run(board, 63 * HIL_MS_PS);
+    bench_run(board, 63 * HIL_PS_PER_MS);
     assert_int_equal(hil_board_peek(board, SECTOR_1, cells, sizeof cells), MR_OK);
     for (unsigned i = 0; i < sizeof cells; i++)
         ones += (unsigned)__builtin_popcount(cells[i]);
@@ -236,7 +236,7 @@ TEST(test_spread)
         options.noise_seed = i == 2 ? 7 : 5;
         struct hil_board *board = bench_board("flash", &options);
         bench_control(board, 0, 7);
-        finish(board, 20 * HIL_MS_PS);
+        finish(board, 20 * HIL_PS_PER_MS);
         cycles[i] = hil_board_counters(board)->flash_stall_cycles;
         hil_board_destroy(board);
     }

@@ -36,7 +36,7 @@ static void put(uint32_t address, uint32_t value)
 }
 static void pass_us(uint64_t us)
 {
-    (void)hil_board_run_until(board, hil_board_now_ps(board) + us * HIL_US_PS);
+    (void)hil_board_run_until(board, hil_board_now_ps(board) + us * HIL_PS_PER_US);
 }
 
 /* Open-drain pins that are I2C1's, PCLK1 16 MHz (HSI), 100 kHz: CCR 80. */
@@ -60,7 +60,7 @@ static struct hil_board *sleeping(double temperature_c)
     options.temperature_c = temperature_c;
     options.cell_times = HIL_TIMES_TYPICAL;
     /* the times that these tests work out are those of 100 kHz */
-    options.rules_only_counted = 1u << HIL_RULE_REPEATED_START;
+    options.counted_rules = 1u << HIL_RULE_REPEATED_START;
     board = bench_board("wild", &options);
     assert_int_equal(hil_board_poke(board, 0x08000000u, vectors, sizeof vectors), MR_OK);
     assert_int_equal(hil_board_poke(board, 0x08000100u, loop, sizeof loop), MR_OK);
@@ -341,7 +341,7 @@ TEST_IN(a_reset_in_mid_byte_leaves_it_hanging, wake, put_away)
 
 TEST_IN(a_clock_that_is_held, wake, put_away)
 {
-    fault(HIL_THERMOMETER_STRETCH, 3 * HIL_MS_PS);
+    fault(HIL_THERMOMETER_STRETCH, 3 * HIL_PS_PER_MS);
     put(CR1, PE | START);
     pass_us(15);
     put(DR, get(SR1) & SB ? WRITE_48 : 0);
@@ -429,7 +429,7 @@ TEST_IN(clocks_that_the_bus_does_not_allow_end_the_run, wake, put_away)
         {1u << 15 | 16u, NULL}, /* 333 kHz */
     };
     const struct hil_rule_tally *repeated = board->state.mcu.rules.tally + HIL_RULE_REPEATED_START;
-    board->options.rules_only_counted = 0;
+    board->options.counted_rules = 0;
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         uint64_t judged = repeated->measurement_count;
         a_repeated_start(cases[i].ccr);

@@ -25,7 +25,7 @@ struct flight {
     uint8_t *bytes; /* everything the board sent, both links, with times */
     size_t byte_count, byte_room;
 
-    unsigned can_frames, serial_frames, serial_bad, blocks;
+    unsigned can_frames, serial_frames, serial_refused_count, blocks;
     uint32_t last_sent;     /* of the last can_health */
     unsigned can_at_health; /* frames received before it */
     uint16_t can_dropped, serial_dropped;
@@ -197,7 +197,7 @@ static void on_serial(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n)
         if (status == MR_TOO_FEW)
             continue;
         if (status != MR_OK || frame.seq != (uint16_t)flight->serial_frames)
-            flight->serial_bad++;
+            flight->serial_refused_count++;
         flight->serial_frames++;
         flight->blocks += frame.type == MR_ID_BLOCK;
     }
@@ -295,7 +295,7 @@ static void check_flight(struct flight *flight, unsigned landing)
     assert_int_equal(flight->can_at_health, flight->last_sent);
     assert_int_equal(flight->can_dropped, 0);
     assert_int_equal(flight->serial_dropped, 0);
-    assert_int_equal(flight->serial_bad, 0);
+    assert_int_equal(flight->serial_refused_count, 0);
 }
 
 TEST(landing_1_is_measured_and_raises_no_warning)

@@ -170,14 +170,14 @@ static uint32_t at(const char *peripheral, const char *kind, const char *name)
 static uint32_t get(uint32_t address)
 {
     uint32_t value = hil_bus_read(&board->core, address, 4);
-    hil_board_run_until(board, hil_board_now_ps(board) + HIL_US_PS);
+    hil_board_run_until(board, hil_board_now_ps(board) + HIL_PS_PER_US);
     return value;
 }
 
 static void set(uint32_t address, uint32_t value)
 {
     hil_bus_write(&board->core, address, 4, value);
-    hil_board_run_until(board, hil_board_now_ps(board) + HIL_US_PS);
+    hil_board_run_until(board, hil_board_now_ps(board) + HIL_PS_PER_US);
 }
 
 /* A board whose program sleeps, with the clock of everything on. */
@@ -260,10 +260,10 @@ TEST_IN(bits_do_what_they_should, wake, put_away)
     assert_int_equal(
         get(cr) & (value_of("bits", "RCC_CR_HSION") | value_of("bits", "RCC_CR_HSIRDY")), 3);
     set(cr, get(cr) | value_of("bits", "RCC_CR_HSEON"));
-    hil_board_run_until(board, hil_board_now_ps(board) + 20 * HIL_MS_PS);
+    hil_board_run_until(board, hil_board_now_ps(board) + 20 * HIL_PS_PER_MS);
     assert_true(get(cr) & value_of("bits", "RCC_CR_HSERDY"));
     set(cr, get(cr) | value_of("bits", "RCC_CR_PLLON"));
-    hil_board_run_until(board, hil_board_now_ps(board) + 20 * HIL_MS_PS);
+    hil_board_run_until(board, hil_board_now_ps(board) + 20 * HIL_PS_PER_MS);
     assert_true(get(cr) & value_of("bits", "RCC_CR_PLLRDY"));
     assert_true(get(at("RCC", "RCC", "CSR")) & value_of("bits", "RCC_CSR_PORRSTF"));
     set(at("RCC", "RCC", "CSR"), value_of("bits", "RCC_CSR_RMVF"));
@@ -282,7 +282,7 @@ TEST_IN(bits_do_what_they_should, wake, put_away)
     assert_true(get(tim2 + value_of("offset", "TIM.SR")) & value_of("bits", "TIM_SR_UIF"));
     set(tim2 + value_of("offset", "TIM.SR"), 0);
     set(tim2 + value_of("offset", "TIM.CR1"), value_of("bits", "TIM_CR1_CEN"));
-    hil_board_run_until(board, hil_board_now_ps(board) + HIL_MS_PS);
+    hil_board_run_until(board, hil_board_now_ps(board) + HIL_PS_PER_MS);
     assert_true(get(tim2 + value_of("offset", "TIM.SR")) & value_of("bits", "TIM_SR_UIF"));
     assert_in_range(get(tim2 + value_of("offset", "TIM.CNT")), 0, 99);
 
@@ -294,7 +294,7 @@ TEST_IN(bits_do_what_they_should, wake, put_away)
     set(at("I2C1", "I2C", "CR1"), value_of("bits", "I2C_CR1_PE"));
     set(at("I2C1", "I2C", "CR1"),
         value_of("bits", "I2C_CR1_PE") | value_of("bits", "I2C_CR1_START"));
-    hil_board_run_until(board, hil_board_now_ps(board) + HIL_MS_PS);
+    hil_board_run_until(board, hil_board_now_ps(board) + HIL_PS_PER_MS);
     assert_int_equal(get(at("I2C1", "I2C", "SR1")), value_of("bits", "I2C_SR1_SB"));
     assert_int_equal(get(at("I2C1", "I2C", "SR2")),
                      value_of("bits", "I2C_SR2_MSL") | value_of("bits", "I2C_SR2_BUSY"));
@@ -305,7 +305,7 @@ TEST_IN(bits_do_what_they_should, wake, put_away)
                      value_of("bits", "USART_SR_TXE") | value_of("bits", "USART_SR_TC"));
 
     set(at("CAN1", "CAN", "MCR"), value_of("bits", "CAN_MCR_INRQ"));
-    hil_board_run_until(board, hil_board_now_ps(board) + HIL_MS_PS);
+    hil_board_run_until(board, hil_board_now_ps(board) + HIL_PS_PER_MS);
     assert_int_equal(get(at("CAN1", "CAN", "MSR")) &
                          (value_of("bits", "CAN_MSR_INAK") | value_of("bits", "CAN_MSR_SLAK")),
                      value_of("bits", "CAN_MSR_INAK"));
@@ -334,7 +334,7 @@ TEST_IN(converter_and_dma, wake, put_away)
     set(at("ADC3", "ADC", "CR2"), value_of("bits", "ADC_CR2_ADON") |
                                       value_of("bits", "ADC_CR2_DMA") |
                                       value_of("bits", "ADC_CR2_SWSTART"));
-    hil_board_run_until(board, hil_board_now_ps(board) + HIL_MS_PS);
+    hil_board_run_until(board, hil_board_now_ps(board) + HIL_PS_PER_MS);
     assert_int_equal(hil_board_peek(board, 0x20000100u, &code, 2), MR_OK);
     assert_in_range(code, 0, 4095);
     assert_int_equal(get(stream + value_of("offset", "DMA_STREAM.NDTR")), 0);

@@ -51,7 +51,7 @@ TEST(test_can_frames)
     assert_int_equal(wire.can_id, 0x1abcdef0u | CAN_EFF_FLAG | CAN_RTR_FLAG);
 
     struct hil_board *board = bench_board("canbus", NULL);
-    bench_run(board, 5 * HIL_MS_PS);
+    bench_run(board, 5 * HIL_PS_PER_MS);
     struct can_frame frames[3] = {{.can_id = 0x400, .can_dlc = 1, .data = {7}},
                                   /* not from the bus: ignored */
                                   {.can_id = CAN_ERR_FLAG | 4, .can_dlc = 8},
@@ -62,7 +62,7 @@ TEST(test_can_frames)
         assert_int_equal(send(host, bytes + i, n, 0), n);
         hil_link_receive(&link, board);
     }
-    bench_run(board, 10 * HIL_MS_PS);
+    bench_run(board, 10 * HIL_PS_PER_MS);
     assert_int_equal(bench_result(board, 2), 2);
     assert_int_equal(bench_result(board, 8), 0x400);
     assert_int_equal(bench_result(board, 9), 0x401);
@@ -117,7 +117,7 @@ TEST(test_host_hangs_up)
         hil_link_put_bytes(&link, (const uint8_t *)"hello", 5);
         assert_int_equal(hil_link_flush(&link, 1000, &may_continue, error, sizeof error), MR_OK);
     }
-    assert_true(link.is_hung_up);
+    assert_true(link.has_host_closed);
     assert_int_equal(link.dropped_count, 15);
     hil_link_close(&link);
 }
@@ -131,10 +131,10 @@ TEST(test_candump_text)
         hil_link_open(&link, HIL_LINK_CAN, "file:" BENCH_SCRATCH "/can.log", error, sizeof error),
         MR_OK);
     struct hil_can_frame frame = {.id = 0x5, .length = 2, .data = {0xab, 0x01}};
-    hil_link_put_frame(&link, 12345678901ull * HIL_US_PS / 1000u, &frame);
+    hil_link_put_frame(&link, 12345678901ull * HIL_PS_PER_US / 1000u, &frame);
     frame = (struct hil_can_frame){
         .id = 0x1abcdef0, .is_extended = true, .is_remote = true, .length = 4};
-    hil_link_put_frame(&link, 20 * HIL_SECOND_PS, &frame);
+    hil_link_put_frame(&link, 20 * HIL_PS_PER_S, &frame);
     assert_int_equal(hil_link_flush(&link, 1000, &may_continue, error, sizeof error), MR_OK);
     hil_link_close(&link);
     FILE *file = fopen(BENCH_SCRATCH "/can.log", "r");

@@ -8,7 +8,7 @@
 #include "hil/rig/faults.h"
 
 enum { POLLED, BY_DMA, CUT_BYTE, UNREAD };
-#define MS_20 (20u * HIL_MS_PS)
+#define MS_20 (20u * HIL_PS_PER_MS)
 
 static struct hil_board *nor_board_seeded(enum hil_cell_times times, uint64_t seed)
 {
@@ -17,7 +17,7 @@ static struct hil_board *nor_board_seeded(enum hil_cell_times times, uint64_t se
     options.cell_times = times;
     options.noise_seed = seed;
     struct hil_board *board = bench_board("nor", &options);
-    bench_run(board, 10 * HIL_MS_PS);
+    bench_run(board, 10 * HIL_PS_PER_MS);
     assert_int_equal(bench_result(board, 0), 1);
     assert_int_equal(bench_result(board, 9), 2); /* SPI_SR after reset: TXE */
     return board;
@@ -42,9 +42,9 @@ static void transact(struct hil_board *board, unsigned way, uint32_t cr1, uint8_
     bench_control(board, 2, way);
     bench_control(board, 3, cr1);
     assert_int_equal(hil_usart_inject(&board->mcu.usart, (const uint8_t *)"x", 1), MR_OK);
-    wait_ps(board, 5 * HIL_US_PS + n * 380 * HIL_NS_PS);
+    wait_ps(board, 5 * HIL_PS_PER_US + n * 380 * HIL_PS_PER_NS);
     for (unsigned i = 0; i < 1000 && bench_result(board, 0) == turn; i++)
-        wait_ps(board, HIL_US_PS);
+        wait_ps(board, HIL_PS_PER_US);
     assert_int_equal(bench_result(board, 0), turn + 1);
     assert_int_equal(hil_board_peek(board, bench_result(board, 5), bytes, n), MR_OK);
 }
@@ -132,7 +132,7 @@ TEST(test_spi)
     uint8_t jedec = 0x9f;
     assert_int_equal(hil_board_poke(board, bench_result(board, 4), &jedec, 1), MR_OK);
     assert_int_equal(hil_usart_inject(&board->mcu.usart, &jedec, 1), MR_OK);
-    assert_int_equal(hil_board_run_until(board, hil_board_now_ps(board) + HIL_MS_PS),
+    assert_int_equal(hil_board_run_until(board, hil_board_now_ps(board) + HIL_PS_PER_MS),
                      MR_UNMODELLED);
     assert_non_null(strstr(hil_board_failure_reason(board), "CPOL and CPHA differ"));
     hil_board_destroy(board);
@@ -153,13 +153,13 @@ TEST(test_program)
 
     addressed(board, 0x02, 0x010203, data, 4);
     assert_int_equal(status(board, 0x05), 3);
-    wait_ps(board, 600 * HIL_US_PS);
+    wait_ps(board, 600 * HIL_PS_PER_US);
     assert_int_equal(status(board, 0x05) & 1u, 1);
-    wait_ps(board, 100 * HIL_US_PS);
+    wait_ps(board, 100 * HIL_PS_PER_US);
     assert_int_equal(status(board, 0x05), 0);
     assert_cells(board, 0x010203, data, 4);
     addressed(board, 0x02, 0x010203, over, 4);
-    wait_ps(board, HIL_MS_PS);
+    wait_ps(board, HIL_PS_PER_MS);
     assert_cells(board, 0x010203, (const uint8_t *)"\x10\x02\x33\x00", 4);
 
     /* 260 bytes from 0xf0 of a page: the last four replace the first ones, all inside the page */
@@ -169,13 +169,13 @@ TEST(test_program)
     for (unsigned i = 0; i < 260; i++)
         expected[(0xf0u + i) % 256u] = page[i];
     addressed(board, 0x02, 0x0300f0, page, 260);
-    wait_ps(board, HIL_MS_PS);
+    wait_ps(board, HIL_PS_PER_MS);
     assert_cells(board, 0x030000, expected, 256);
     assert_cells(board, 0x030100, (const uint8_t *)"\xff\xff\xff\xff", 4);
 
     /* wraps to the begin of the last page, not of the chip */
     addressed(board, 0x02, 0xfffffe, data, 4);
-    wait_ps(board, HIL_MS_PS);
+    wait_ps(board, HIL_PS_PER_MS);
     assert_cells(board, 0xffff00, (const uint8_t *)"\x33\x44", 2);
     read_back(board, 0xfffffe, bytes, 3); /* reading wraps to address 0 */
     assert_memory_equal(bytes, "\x11\x22\xff", 3);
@@ -193,7 +193,7 @@ TEST(test_ignored)
     transact(board, POLLED, 0, jedec, 4);
     assert_memory_equal(jedec + 1, "\xff\xff\xff", 3);
     addressed(board, 0x02, 0x100, data, 2);
-    wait_ps(board, HIL_MS_PS);
+    wait_ps(board, HIL_PS_PER_MS);
     assert_int_equal(board->state.w25q.operation_count, 1);
     command(board, 0x06);
     transact(board, CUT_BYTE, 0, bytes, 6);
@@ -224,9 +224,9 @@ TEST(test_erase)
         for (unsigned k = 0; k < 4; k++)
             hil_w25q_poke(&board->w25q, at[k], &zero, 1);
         addressed(board, 0x20, base + 0x321, NULL, 0);
-        wait_ps(board, ms * HIL_MS_PS - 20 * HIL_US_PS);
+        wait_ps(board, ms * HIL_PS_PER_MS - 20 * HIL_PS_PER_US);
         assert_int_equal(status(board, 0x05), 3);
-        wait_ps(board, 20 * HIL_US_PS);
+        wait_ps(board, 20 * HIL_PS_PER_US);
         assert_int_equal(status(board, 0x05), 0);
         for (unsigned k = 0; k < 4; k++)
             assert_cells(board, at[k], k == 0 || k == 3 ? &zero : &erased, 1);
@@ -240,11 +240,11 @@ TEST(test_reset)
     struct hil_board *board = nor_board();
     command(board, 0x06);
     command(board, 0x99);
-    wait_ps(board, 30 * HIL_US_PS); /* tRST */
+    wait_ps(board, 30 * HIL_PS_PER_US); /* tRST */
     assert_int_equal(status(board, 0x05), 2);
     command(board, 0x66);
     command(board, 0x99);
-    wait_ps(board, 30 * HIL_US_PS);
+    wait_ps(board, 30 * HIL_PS_PER_US);
     assert_int_equal(status(board, 0x05), 0);
     hil_board_destroy(board);
 }
@@ -259,8 +259,8 @@ TEST(test_spread)
             addressed(board, 0x02, 256 * i, (const uint8_t *)"x", 1);
             uint64_t begin_ps = hil_board_now_ps(board);
             while (status(board, 0x05) & 1u)
-                wait_ps(board, 20 * HIL_US_PS);
-            uint64_t took_us = (hil_board_now_ps(board) - begin_ps) / HIL_US_PS;
+                wait_ps(board, 20 * HIL_PS_PER_US);
+            uint64_t took_us = (hil_board_now_ps(board) - begin_ps) / HIL_PS_PER_US;
             assert_in_range(took_us, 690, 3030);
             us[run] += took_us;
         }
@@ -281,7 +281,7 @@ TEST(test_power_cut)
     bench_cut_at(board, true, 3, 500);
     for (unsigned i = 0; i < 3; i++) {
         addressed(board, 0x02, 256 * i, page, sizeof page);
-        wait_ps(board, HIL_MS_PS);
+        wait_ps(board, HIL_PS_PER_MS);
     }
     assert_int_equal(hil_board_counters(board)->power_cuts, 1);
     assert_cells(board, 0, page, sizeof page);
@@ -298,9 +298,9 @@ TEST(test_power_cut)
     memset(cells, 0, sizeof cells);
     hil_w25q_poke(&board->w25q, 0x5000, cells, sizeof cells);
     addressed(board, 0x20, 0x5000, NULL, 0);
-    wait_ps(board, 9 * HIL_MS_PS); /* a fifth of 45 ms */
+    wait_ps(board, 9 * HIL_PS_PER_MS); /* a fifth of 45 ms */
     hil_supply_cut(&board->supply);
-    wait_ps(board, 50 * HIL_MS_PS);
+    wait_ps(board, 50 * HIL_PS_PER_MS);
     assert_int_equal(hil_w25q_peek(&board->w25q, 0x5000, cells, sizeof cells), MR_OK);
     for (unsigned i = 0; i < sizeof cells; i++)
         ones += (unsigned)__builtin_popcount(cells[i]);
@@ -317,7 +317,7 @@ static void order(struct hil_board *board, enum hil_nor_fault choice, uint32_t c
                               .count = count};
     if (hil_faults_add(&board->faults, &fault) != MR_OK)
         fail_msg("%s", hil_board_failure_reason(board));
-    wait_ps(board, HIL_US_PS);
+    wait_ps(board, HIL_PS_PER_US);
 }
 
 /* By fault script (hil/rig/faults.h): so many operations fail, the chip is dead and
@@ -330,13 +330,13 @@ TEST(test_ordered_faults)
     order(board, HIL_NOR_FAIL_PROGRAM, 2);
     for (uint32_t at = 0; at < 0x300; at += 0x100) {
         addressed(board, 0x02, at, &data, 1);
-        wait_ps(board, HIL_MS_PS);
+        wait_ps(board, HIL_PS_PER_MS);
         assert_cells(board, at, at < 0x200 ? &erased : &data, 1);
     }
     order(board, HIL_NOR_FAIL_ERASE, 1);
     for (unsigned turn = 0; turn < 2; turn++) {
         addressed(board, 0x20, 0, NULL, 0);
-        wait_ps(board, 46 * HIL_MS_PS);
+        wait_ps(board, 46 * HIL_PS_PER_MS);
         assert_cells(board, 0x200, turn ? &erased : &data, 1);
     }
     order(board, HIL_NOR_DEAD, 0);

@@ -42,18 +42,19 @@ TEST(test_staircase)
 {
     struct hil_run run;
     still_run(&run, 1.0);
-    run.switch_open_ps[0] = 10 * HIL_MS_PS;
-    run.switch_open_ps[1] = 15 * HIL_MS_PS;
+    run.switch_open_ps[0] = 10 * HIL_PS_PER_MS;
+    run.switch_open_ps[1] = 15 * HIL_PS_PER_MS;
     struct hil_board *board = bench_board("clock", NULL);
     hil_board_attach_rig(board, &run);
-    bench_run(board, 9 * HIL_MS_PS);
-    assert_volts(board, 2, 4, 9 * HIL_MS_PS, 0.050);
-    bench_run(board, 10 * HIL_MS_PS + 100 * HIL_US_PS);
-    assert_volts(board, 2, 4, 10 * HIL_MS_PS, 0.050);
-    assert_volts(board, 2, 4, 10 * HIL_MS_PS + 20 * HIL_US_PS, 0.050 + 0.0515625 * 0.6321205588);
-    assert_volts(board, 2, 4, 14 * HIL_MS_PS, 0.1015625);
-    bench_run(board, 20 * HIL_MS_PS);
-    assert_volts(board, 2, 4, 20 * HIL_MS_PS, 0.1982421875);
+    bench_run(board, 9 * HIL_PS_PER_MS);
+    assert_volts(board, 2, 4, 9 * HIL_PS_PER_MS, 0.050);
+    bench_run(board, 10 * HIL_PS_PER_MS + 100 * HIL_PS_PER_US);
+    assert_volts(board, 2, 4, 10 * HIL_PS_PER_MS, 0.050);
+    assert_volts(board, 2, 4, 10 * HIL_PS_PER_MS + 20 * HIL_PS_PER_US,
+                 0.050 + 0.0515625 * 0.6321205588);
+    assert_volts(board, 2, 4, 14 * HIL_PS_PER_MS, 0.1015625);
+    bench_run(board, 20 * HIL_PS_PER_MS);
+    assert_volts(board, 2, 4, 20 * HIL_PS_PER_MS, 0.1982421875);
     hil_board_destroy(board);
     hil_run_free(&run);
 }
@@ -63,7 +64,7 @@ TEST(test_pulse)
 {
     struct hil_run run;
     still_run(&run, 1.0);
-    run.switch_open_ps[4] = 10 * HIL_MS_PS;
+    run.switch_open_ps[4] = 10 * HIL_PS_PER_MS;
     struct hil_board *board = bench_board("clock", NULL);
     hil_board_attach_rig(board, &run);
     static const struct {
@@ -76,7 +77,7 @@ TEST(test_pulse)
         {10021, false},
     };
     for (unsigned i = 0; i < 4; i++) {
-        bench_run(board, expected[i].t_us * HIL_US_PS);
+        bench_run(board, expected[i].t_us * HIL_PS_PER_US);
         assert_int_equal(hil_board_pin_level(board, 0, 15), expected[i].level);
     }
     hil_board_destroy(board);
@@ -98,12 +99,12 @@ TEST(test_truth_and_gages)
     assert_true(fabs(hil_run_true_value(&run, 8, 0.00025) - 125.0) < 1e-9);
     struct hil_board *board = bench_board("clock", NULL);
     hil_board_attach_rig(board, &run);
-    bench_run(board, 10 * HIL_MS_PS);
-    assert_volts(board, 0, 0, 10 * HIL_MS_PS, 0.400 + 0.005 * 200.0);
-    assert_volts(board, 2, 3, 10 * HIL_MS_PS, 0.400 - 0.250);
-    assert_volts(board, 0, 1, 10 * HIL_MS_PS, 0.400);
-    assert_volts(board, 2, 5, 10 * HIL_MS_PS, 2.5);
-    assert_volts(board, 5, 3, 10 * HIL_MS_PS, 1.65); /* not excited */
+    bench_run(board, 10 * HIL_PS_PER_MS);
+    assert_volts(board, 0, 0, 10 * HIL_PS_PER_MS, 0.400 + 0.005 * 200.0);
+    assert_volts(board, 2, 3, 10 * HIL_PS_PER_MS, 0.400 - 0.250);
+    assert_volts(board, 0, 1, 10 * HIL_PS_PER_MS, 0.400);
+    assert_volts(board, 2, 5, 10 * HIL_PS_PER_MS, 2.5);
+    assert_volts(board, 5, 3, 10 * HIL_PS_PER_MS, 1.65); /* not excited */
     hil_board_destroy(board);
 }
 
@@ -118,7 +119,7 @@ TEST(test_excitation)
     table[0][0] = 50000;
     struct hil_board *board = bench_board("clock", NULL);
     hil_board_attach_rig(board, &run);
-    bench_run(board, 10 * HIL_MS_PS);
+    bench_run(board, 10 * HIL_PS_PER_MS);
     uint64_t at = hil_now_cycle(&board->core);
     double tau_cycles = 4e-6 * 168e6; /* 672 */
     hil_rig_set_excitation(&board->rig, true, false, at);

@@ -50,7 +50,7 @@ TEST(each_store_has_the_time_of_its_instruction)
     stores = (struct stores){.board = board, .was_high = hil_board_pin_level(board, PORT_B, 12)};
     board->mcu.gpio.on_store = note_store;
     board->mcu.gpio.store_context = &stores;
-    bench_run(board, HIL_MS_PS);
+    bench_run(board, HIL_PS_PER_MS);
     assert_int_equal(bench_result(board, 0), 1);
     assert_int_equal(stores.count, 9); /* low, then four times high and low */
     for (unsigned i = 0; i < 4; i++) {
@@ -73,7 +73,7 @@ TEST(one_access_has_one_time)
     board->mcu.gpio.on_store = note_store;
     board->mcu.gpio.store_context = &stores;
     bench_control(board, 0, 33);
-    bench_run(board, HIL_MS_PS);
+    bench_run(board, HIL_PS_PER_MS);
     assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_CLOCK_ENABLE].measurement_count, 1);
     assert_int_equal(stores.count, 1);
     assert_int_equal(hil_board_peek(board, stores.moment[0].pc - 4u, &nops, 4), MR_OK);
@@ -234,7 +234,7 @@ TEST(holding_rules_changes_nothing)
 static struct hil_board *old_board(uint32_t counted, const struct hil_run *run)
 {
     struct hil_options options = ear_options();
-    options.rules_only_counted = counted;
+    options.counted_rules = counted;
     struct hil_board *board = hil_board_create(&options);
     if (hil_board_load_elf(board, OLD_ELF) != MR_OK)
         fail_msg("%s", hil_board_failure_reason(board));
@@ -247,7 +247,7 @@ static void assert_stopped_by(struct hil_board *board, const char *rule, const c
 {
     char wanted[80];
     snprintf(wanted, sizeof wanted, "rule %s: ", rule);
-    assert_int_equal(hil_board_run_until(board, 3 * HIL_SECOND_PS), MR_HALTED);
+    assert_int_equal(hil_board_run_until(board, 3 * HIL_PS_PER_S), MR_HALTED);
     print_message("# %s\n", hil_board_failure_reason(board));
     if (strncmp(hil_board_failure_reason(board), wanted, strlen(wanted)) != 0 ||
         !strstr(hil_board_failure_reason(board), function) ||
@@ -290,7 +290,7 @@ TEST(and_its_worst_pulse_is_what_others_found)
     struct hil_board *board = hil_board_create(&options);
     assert_int_equal(hil_board_load_elf(board, OLD_ELF), MR_OK);
     hil_board_attach_rig(board, &run);
-    bench_run(board, 3 * HIL_SECOND_PS);
+    bench_run(board, 3 * HIL_PS_PER_S);
     const struct hil_rule_tally *high = &board->state.mcu.rules.tally[HIL_RULE_SELECT_HIGH];
     print_message("# %llu of %llu too short, worst %.1f ns\n",
                   (unsigned long long)high->violation_count,
@@ -307,13 +307,13 @@ static struct hil_board *run_image(uint32_t which, uint32_t wait, uint32_t count
 {
     struct hil_options options;
     hil_options_default(&options);
-    options.rules_only_counted = counted;
+    options.counted_rules = counted;
     options.cell_times = HIL_TIMES_TYPICAL;
     options.has_no_rig = which == UNPLUGGED;
     struct hil_board *board = bench_board("rules", &options);
     bench_control(board, 0, which);
     bench_control(board, 1, wait);
-    (void)hil_board_run_until(board, (which == ERASED ? 300 : 20) * HIL_MS_PS);
+    (void)hil_board_run_until(board, (which == ERASED ? 300 : 20) * HIL_PS_PER_MS);
     return board;
 }
 
@@ -393,12 +393,12 @@ TEST(what_was_judged_is_forgotten)
         assert_string_equal(hil_board_failure_reason(board), "");
         if (by_reset) {
             memcpy(board->core.memory->sram + 4u * (BENCH_CONTROL + 1u), &one, sizeof one);
-            bench_run(board, 21 * HIL_MS_PS);
+            bench_run(board, 21 * HIL_PS_PER_MS);
             hil_board_reset(board);
         } else {
             bench_control(board, 1, one);
         }
-        assert_int_equal(hil_board_run_until(board, 41 * HIL_MS_PS), MR_HALTED);
+        assert_int_equal(hil_board_run_until(board, 41 * HIL_PS_PER_MS), MR_HALTED);
         assert_non_null(strstr(hil_board_failure_reason(board), "rule FLOATING: "));
         hil_board_destroy(board);
     }
@@ -449,7 +449,7 @@ TEST(a_converter_samples_long_enough_for_its_source)
     board = bench_board("rules", &options);
     board->mcu.adc.analogue.source_ohm = ten_kilohm;
     bench_control(board, 0, 50);
-    assert_int_equal(hil_board_run_until(board, 20 * HIL_MS_PS), MR_HALTED);
+    assert_int_equal(hil_board_run_until(board, 20 * HIL_PS_PER_MS), MR_HALTED);
     print_message("# %s\n", hil_board_failure_reason(board));
     assert_non_null(
         strstr(hil_board_failure_reason(board),
@@ -461,7 +461,7 @@ TEST(a_converter_samples_long_enough_for_its_source)
     board = bench_board("rules", NULL);
     bench_control(board, 0, 50);
     bench_control(board, 3, 1);
-    assert_int_equal(hil_board_run_until(board, 20 * HIL_MS_PS), MR_HALTED);
+    assert_int_equal(hil_board_run_until(board, 20 * HIL_PS_PER_MS), MR_HALTED);
     assert_non_null(strstr(hil_board_failure_reason(board), "rule CONVERTER_ON: "));
     hil_board_destroy(board);
 }
@@ -477,11 +477,11 @@ TEST(a_faster_clock_is_another_window)
         board->mcu.adc.analogue.source_ohm = ten_kilohm;
         bench_control(board, 0, 50);
         bench_control(board, 2, by_4[i]);
-        bench_run(board, 20 * HIL_MS_PS);
+        bench_run(board, 20 * HIL_PS_PER_MS);
         assert_int_equal(bench_result(board, 0), 1);
         board->state.mcu.adc[0].cr2 |= 1u << 28; /* EXTEN: rising edges of TIM1_CH1 */
         hil_adc_trigger(&board->mcu.adc, 0, true, hil_now_cycle(&board->core));
-        assert_int_equal(hil_board_run_until(board, 21 * HIL_MS_PS), MR_HALTED);
+        assert_int_equal(hil_board_run_until(board, 21 * HIL_PS_PER_MS), MR_HALTED);
         assert_non_null(
             strstr(hil_board_failure_reason(board), "3 clocks of 8.0 MHz allows only 2051"));
         assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SAMPLING].measurement_count, 2);

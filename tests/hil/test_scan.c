@@ -32,7 +32,7 @@ static struct hil_board *scanning(uint32_t control, uint64_t *start)
     *start = 0;
     for (uint64_t t_us = 2000; !*start; t_us += 5) { /* until TIM2 runs; the clock takes 2.2 ms */
         assert_true(t_us < 4000);
-        bench_run(board, t_us * HIL_US_PS);
+        bench_run(board, t_us * HIL_PS_PER_US);
         if (board->state.mcu.tim[HIL_TIM2].cr1 & 1u)
             *start = board->state.mcu.tim[HIL_TIM2].base_cycle;
     }
@@ -162,12 +162,12 @@ TEST(test_captures)
     struct hil_board *board = scanning(0, &start);
     for (unsigned k = 0; k < 6; k++)
         /* position 6 first, 1 last */
-        run.switch_open_ps[5 - k] = (10000000u + 2500000u * k) * HIL_NS_PS;
+        run.switch_open_ps[5 - k] = (10000000u + 2500000u * k) * HIL_PS_PER_NS;
     hil_board_attach_rig(board, &run);
-    bench_run(board, 30 * HIL_MS_PS);
+    bench_run(board, 30 * HIL_PS_PER_MS);
     uint32_t edges = bench_result(board, 6);
     uint64_t start_ps = hil_clock_ps_at_cycle(&board->core.state.clock, start);
-    double expected = floor((double)(10 * HIL_MS_PS - start_ps) * 84e6 / 1e12);
+    double expected = floor((double)(10 * HIL_PS_PER_MS - start_ps) * 84e6 / 1e12);
     uint32_t first = bench_word(board, edges);
     assert_true(fabs(first - expected) <= 1.0);
     for (unsigned k = 1; k < 6; k++)
@@ -185,9 +185,9 @@ TEST(test_edges_need_their_pin)
 {
     uint64_t start;
     struct hil_board *board = scanning(2, &start);
-    run.switch_open_ps[0] = 10 * HIL_MS_PS;
+    run.switch_open_ps[0] = 10 * HIL_PS_PER_MS;
     hil_board_attach_rig(board, &run);
-    bench_run(board, 20 * HIL_MS_PS);
+    bench_run(board, 20 * HIL_PS_PER_MS);
     assert_int_equal(hil_board_counters(board)->switches_opened, 1);
     assert_int_equal(hil_board_counters(board)->edges_captured, 0);
     hil_board_destroy(board);
@@ -232,9 +232,9 @@ TEST(test_noise)
     prepare();
     struct hil_board *board = bench_board("scan", &options);
     hil_board_attach_rig(board, &run);
-    bench_run(board, 5 * HIL_MS_PS);
+    bench_run(board, 5 * HIL_PS_PER_MS);
     for (uint64_t t_us = 5000; n < 32000; t_us += 500) { /* four scans in the circle */
-        bench_run(board, t_us * HIL_US_PS);
+        bench_run(board, t_us * HIL_PS_PER_US);
         for (unsigned scan = 0; scan < 4; scan++, n++) {
             double error = code_at(board, bench_result(board, 4), 16u * scan + 15) -
                            2.5 / 3.3 * 4096.0;

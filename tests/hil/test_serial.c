@@ -24,7 +24,7 @@ static struct hil_board *talking(uint32_t brr, uint32_t from_ccm, struct heard *
     hil_board_set_callbacks(board, &callbacks);
     bench_control(board, 0, brr);
     bench_control(board, 1, from_ccm);
-    bench_run(board, 10 * HIL_MS_PS);
+    bench_run(board, 10 * HIL_PS_PER_MS);
     assert_int_equal(bench_result(board, 0), 0x100);
     return board;
 }
@@ -79,9 +79,9 @@ TEST(test_receive)
     for (unsigned i = 0; i < sizeof bytes; i++)
         bytes[i] = (uint8_t)(0x80 + i);
     assert_int_equal(hil_usart_inject(&board->mcu.usart, bytes, sizeof bytes), MR_OK);
-    bench_run(board, 10 * HIL_MS_PS + 20 * 5 * HIL_US_PS + 4 * HIL_US_PS);
+    bench_run(board, 10 * HIL_PS_PER_MS + 20 * 5 * HIL_PS_PER_US + 4 * HIL_PS_PER_US);
     assert_int_equal(bench_result(board, 4), 0); /* the line has not been idle for a byte yet */
-    bench_run(board, 11 * HIL_MS_PS);
+    bench_run(board, 11 * HIL_PS_PER_MS);
     assert_int_equal(bench_result(board, 4), 1);
     assert_int_equal(bench_result(board, 5), 12);
     assert_int_equal(hil_board_peek(board, bench_result(board, 6), circle, sizeof circle), MR_OK);

@@ -54,14 +54,14 @@ TEST(test_fork)
         hil_options_default(&options);
         struct hil_run run;
         still_run(&run, 1.0);
-        run.switch_open_ps[0] = 7 * HIL_MS_PS;
+        run.switch_open_ps[0] = 7 * HIL_PS_PER_MS;
         struct hil_board *board = bench_board(images[i], &options);
         hil_board_attach_rig(board, &run);
-        bench_run(board, 2512345 * HIL_NS_PS);
+        bench_run(board, 2512345 * HIL_PS_PER_NS);
         struct hil_board *copy = snapshot_fork(board);
         assert_same(board, copy);
-        bench_run(board, 20 * HIL_MS_PS);
-        bench_run(copy, 20 * HIL_MS_PS);
+        bench_run(board, 20 * HIL_PS_PER_MS);
+        bench_run(copy, 20 * HIL_PS_PER_MS);
         assert_same(board, copy);
         assert_true(hil_board_counters(board)->exceptions > 0);
         hil_board_destroy(board);
@@ -77,11 +77,11 @@ TEST(test_fork_anywhere)
 {
     struct hil_board *board = bench_board("core", NULL);
     struct hil_board *whole = bench_board("core", NULL);
-    bench_run(whole, 2 * HIL_MS_PS);
+    bench_run(whole, 2 * HIL_PS_PER_MS);
     for (uint64_t t_ns = 1000; t_ns < 120000; t_ns += 730) {
-        bench_run(board, t_ns * HIL_NS_PS);
+        bench_run(board, t_ns * HIL_PS_PER_NS);
         struct hil_board *copy = snapshot_fork(board);
-        bench_run(copy, 2 * HIL_MS_PS);
+        bench_run(copy, 2 * HIL_PS_PER_MS);
         assert_same(copy, whole);
         hil_board_destroy(copy);
     }
@@ -99,11 +99,11 @@ TEST(test_drawn)
     options.has_random_tolerances = true;
     options.tolerance_seed = 7;
     struct hil_board *drawn = bench_board("scan", &options);
-    bench_run(drawn, 3 * HIL_MS_PS);
+    bench_run(drawn, 3 * HIL_PS_PER_MS);
     struct snapshot *snapshot = snapshot_take(drawn);
     snapshot_restore(ideal, snapshot);
-    bench_run(drawn, 9 * HIL_MS_PS);
-    bench_run(ideal, 9 * HIL_MS_PS);
+    bench_run(drawn, 9 * HIL_PS_PER_MS);
+    bench_run(ideal, 9 * HIL_PS_PER_MS);
     assert_same(drawn, ideal);
     assert_memory_equal(&ideal->electronics, &drawn->electronics, sizeof drawn->electronics);
     free(snapshot);
@@ -115,14 +115,14 @@ TEST(test_drawn)
 TEST(test_restore)
 {
     struct hil_board *board = bench_board("scan", NULL);
-    bench_run(board, 3 * HIL_MS_PS);
+    bench_run(board, 3 * HIL_PS_PER_MS);
     struct snapshot *snapshot = snapshot_take(board);
-    bench_run(board, 9 * HIL_MS_PS);
+    bench_run(board, 9 * HIL_PS_PER_MS);
     struct hil_counters first = *hil_board_counters(board);
     for (unsigned i = 0; i < 2; i++) {
         snapshot_restore(board, snapshot);
-        assert_int_equal(hil_board_now_ps(board) / HIL_US_PS, 3000);
-        bench_run(board, 9 * HIL_MS_PS);
+        assert_int_equal(hil_board_now_ps(board) / HIL_PS_PER_US, 3000);
+        bench_run(board, 9 * HIL_PS_PER_MS);
         assert_memory_equal(hil_board_counters(board), &first, sizeof first);
     }
     free(snapshot);
@@ -148,7 +148,7 @@ TEST(test_firmware)
         hil_board_attach_rig(board, &run);
         listen_to(board, &heard[i]);
         for (uint64_t t_ms = 7; i == 1 && t_ms < 1500; t_ms += 13)
-            bench_run(board, t_ms * HIL_MS_PS);
+            bench_run(board, t_ms * HIL_PS_PER_MS);
         if (i == 1) {
             struct stream so_far = heard[1];
             struct hil_board *copy = snapshot_fork(board);
@@ -157,7 +157,7 @@ TEST(test_firmware)
             listen_to(board, &heard[1]);
             heard[1] = so_far;
         }
-        bench_run(board, 3000 * HIL_MS_PS);
+        bench_run(board, 3000 * HIL_PS_PER_MS);
         assert_true(heard[i].bytes > 50000);
         assert_int_equal(hil_board_counters(board)->fault_exceptions, 0);
         assert_int_equal(hil_board_counters(board)->resets, 0);

@@ -22,7 +22,7 @@ TEST(outputs_are_driven_before_the_crystal_is_waited_for)
     struct hil_options options = ear_options();
     options.hse_hz = 0;
     struct ear *ear = ear_open(&options, 0);
-    assert_int_equal(hil_board_run_until(ear->board, 15 * HIL_MS_PS), MR_OK);
+    assert_int_equal(hil_board_run_until(ear->board, 15 * HIL_PS_PER_MS), MR_OK);
     assert_int_equal(ear->board->core.state.clock.hclk_hz, 16000000);
     for (unsigned pin = 0; pin < 3; pin++)
         assert_true(drives(ear->board, PORT_E, pin));
@@ -42,7 +42,7 @@ TEST(clocks_left_on_by_another_program_are_taken_back)
     options.has_clocks_left_on = true;
     struct ear *ear = ear_open(&options, 0);
     assert_int_equal(ear->board->core.state.clock.hclk_hz, 168000000);
-    if (hil_board_run_until(ear->board, 300 * HIL_MS_PS) != MR_OK)
+    if (hil_board_run_until(ear->board, 300 * HIL_PS_PER_MS) != MR_OK)
         fail_msg("%s", hil_board_failure_reason(ear->board));
     assert_int_equal(ear->board->core.state.clock.hclk_hz, 168000000);
     assert_true(ear->heard[EAR_CAN][MR_ID_HELLO] > 0);
@@ -73,7 +73,7 @@ TEST(another_crystal_is_recognised)
         options.hse_hz = cases[i].hse_hz;
         options.hsi_error_ppm = cases[i].hsi_ppm;
         struct ear *ear = ear_open(&options, 0);
-        if (hil_board_run_until(ear->board, 400 * HIL_MS_PS) != MR_OK)
+        if (hil_board_run_until(ear->board, 400 * HIL_PS_PER_MS) != MR_OK)
             fail_msg("%u Hz: %s", cases[i].hse_hz, hil_board_failure_reason(ear->board));
         bool taken = cases[i].told_mhz < 0;
         print_message("# %u Hz, HSI %d ppm: clock %u, fault %u\n", cases[i].hse_hz,
@@ -94,9 +94,9 @@ TEST(the_boot_rom_finds_its_vectors_at_0)
 {
     struct ear *ear = ear_open(NULL, 0);
     uint32_t at_zero[2], of_rom[2];
-    assert_int_equal(hil_board_run_until(ear->board, 300 * HIL_MS_PS), MR_OK);
+    assert_int_equal(hil_board_run_until(ear->board, 300 * HIL_PS_PER_MS), MR_OK);
     ear_command(ear, EAR_SERIAL, MR_COMMAND_BOOTROM, 0, 1);
-    if (hil_board_run_until(ear->board, 700 * HIL_MS_PS) != MR_OK)
+    if (hil_board_run_until(ear->board, 700 * HIL_PS_PER_MS) != MR_OK)
         fail_msg("%s", hil_board_failure_reason(ear->board));
     assert_int_equal(hil_board_peek(ear->board, 0, at_zero, sizeof at_zero), MR_OK);
     assert_int_equal(hil_board_peek(ear->board, 0x1fff0000u, of_rom, sizeof of_rom), MR_OK);
@@ -112,9 +112,9 @@ TEST(prescalers_come_before_the_clock)
     struct ear *ear = ear_open(NULL, 0);
     const struct hil_core_state *core = &ear->board->core.state;
     bool before = false;
-    bench_run(ear->board, 2 * HIL_MS_PS);
-    for (uint64_t at_ps = 2 * HIL_MS_PS; core->clock.hclk_hz == 16000000; at_ps += 62500) {
-        assert_true(at_ps < 10 * HIL_MS_PS);
+    bench_run(ear->board, 2 * HIL_PS_PER_MS);
+    for (uint64_t at_ps = 2 * HIL_PS_PER_MS; core->clock.hclk_hz == 16000000; at_ps += 62500) {
+        assert_true(at_ps < 10 * HIL_PS_PER_MS);
         bench_run(ear->board, at_ps);
         before |= core->clock.hclk_hz == 16000000 &&
                   (ear->board->state.mcu.rcc.cfgr & 0xfc00u) == (4u << 13 | 5u << 10);
@@ -131,10 +131,10 @@ TEST(a_start_that_hangs_ends_in_a_reset)
     struct ear *ear = ear_open(&options, 0);
     for (uint64_t t_us = 100; t_us < 1000000; t_us += 100) {
         hil_event_set_ps(&ear->board->core, HIL_EVENT_PLL, HIL_NEVER);
-        bench_run(ear->board, t_us * HIL_US_PS);
+        bench_run(ear->board, t_us * HIL_PS_PER_US);
     }
     assert_int_equal(hil_board_counters(ear->board)->watchdog_resets, 1);
-    bench_run(ear->board, 3 * HIL_SECOND_PS);
+    bench_run(ear->board, 3 * HIL_PS_PER_S);
     assert_int_equal(ear_hello(ear, EAR_CAN).clock_source, MR_CLOCK_CRYSTAL);
     assert_int_equal(ear_hello(ear, EAR_CAN).reset_cause & 8u, 8u);
     ear_close(ear);
@@ -149,7 +149,7 @@ TEST(no_start_takes_too_long)
     options.lsi_hz = 47000;
     options.hse_hz = 0;
     struct ear *ear = ear_open(&options, 0);
-    bench_run(ear->board, 2 * HIL_SECOND_PS);
+    bench_run(ear->board, 2 * HIL_PS_PER_S);
     assert_int_equal(hil_board_counters(ear->board)->resets, 0);
     assert_int_equal(ear->board->core.state.scb.apb1_fz, 1u << 12 | 1u << 2 | 1u << 0);
     ear_close(ear);
@@ -175,7 +175,7 @@ TEST(what_another_program_left_in_the_core_is_taken_back)
             core->state.nvic.pending[15 / 32u] |= 1u << 15;
             uc_reg_write(core->uc, UC_ARM_REG_PRIMASK, &one);
         }
-        bench_run(ear->board, HIL_SECOND_PS);
+        bench_run(ear->board, HIL_PS_PER_S);
         uint32_t control = 0;
         uc_reg_read(core->uc, UC_ARM_REG_CONTROL, &control);
         assert_int_equal(control & 2u, 0);

@@ -79,7 +79,7 @@ static void flood_with_proofs(uint64_t to_ps)
             mr_command_put(&command, payload);
             put_frame(MR_ID_COMMAND, payload);
         }
-        bench_run(ear->board, hil_board_now_ps(ear->board) + HIL_MS_PS);
+        bench_run(ear->board, hil_board_now_ps(ear->board) + HIL_PS_PER_MS);
     }
 }
 
@@ -127,7 +127,7 @@ static void flood(uint64_t to_ps)
             if (hil_can_inject(&ear->board->mcu.can, &frame) == MR_OK)
                 today->sent++;
         }
-        bench_run(ear->board, hil_board_now_ps(ear->board) + HIL_MS_PS);
+        bench_run(ear->board, hil_board_now_ps(ear->board) + HIL_PS_PER_MS);
     }
 }
 

@@ -91,7 +91,7 @@ TEST(a_reset_while_it_is_read)
     bool seen = false;
     ear_until(ear, 1.0);
     for (unsigned n = 0; n < 1000000 && !seen; n++) {
-        bench_run(ear->board, hil_board_now_ps(ear->board) + 20 * HIL_US_PS);
+        bench_run(ear->board, hil_board_now_ps(ear->board) + 20 * HIL_PS_PER_US);
         seen = ear->board->state.mcu.i2c.phase == HIL_I2C_RECEIVING &&
                ear->board->state.tmp112.register_pointer == 0;
     }

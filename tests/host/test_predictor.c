@@ -244,8 +244,8 @@ TEST(follows_the_fine_chain)
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
     survey(gap_in);
     play(&landing, NULL);
-    assert_true(!(zone.basis & (MR_PREDICTOR_BLIND | MR_PREDICTOR_NO_MOTION |
-                                MR_PREDICTOR_DEGRADED | MR_PREDICTOR_FELL_BACK)));
+    assert_true(!(zone.basis & (MR_PREDICTOR_NO_TRANSDUCER | MR_PREDICTOR_NO_MOTION |
+                                MR_PREDICTOR_DEGRADED | MR_PREDICTOR_RESTARTED)));
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         assert_int_equal(predictor.doubt[i], MR_PREDICTOR_TRUSTED);
     /* The sums of openings over 35 joints between stations are what the fine chain has, though each
@@ -311,7 +311,7 @@ TEST(without_channels_it_runs_blind)
     struct mr_predictor_config config = rig();
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
     play(&landing, NULL);
-    assert_true(zone.basis & MR_PREDICTOR_BLIND);
+    assert_true(zone.basis & MR_PREDICTOR_NO_TRANSDUCER);
     assert_false(zone.basis & (MR_PREDICTOR_BRACKETED | MR_PREDICTOR_SURVEY));
     assert_int_equal(zone.age_blocks, predictor.block);
     assert_true(zone.mats > 5); /* it has ploughed */
@@ -516,7 +516,7 @@ TEST(wrong_inputs_end_in_sane_statements)
     for (wrong_kind = 0; wrong_kind < 24; wrong_kind++) {
         assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
         play(&landing, wrong);
-        assert_false(zone.basis & MR_PREDICTOR_FELL_BACK); /* none of it has reached the chain */
+        assert_false(zone.basis & MR_PREDICTOR_RESTARTED); /* none of it has reached the chain */
         assert_int_equal(zone.level, MR_PREDICTOR_FULL);
         mr_predictor_end_landing(&predictor);
         assert_sane();
@@ -549,7 +549,7 @@ TEST(extremes_stay_bounded)
         mr_predictor_set_survey(&predictor, sum_in);
         for (unsigned n = 0; n < 3; n++) {
             play(&landing, NULL);
-            assert_false(zone.basis & MR_PREDICTOR_FELL_BACK);
+            assert_false(zone.basis & MR_PREDICTOR_RESTARTED);
             mr_predictor_end_landing(&predictor);
             assert_sane();
         }

@@ -107,7 +107,7 @@ TEST(extremes_agree_with_the_hosts_chain)
             extremes[k].name, rms_in, true_in, (double)predictor.updates / 1e6,
             predictor.block_updates_max);
         assert_true(rms_in < extremes[k].most_rms_in);
-        assert_false(zone.basis & MR_PREDICTOR_FELL_BACK);
+        assert_false(zone.basis & MR_PREDICTOR_RESTARTED);
         assert_int_equal(zone.level, MR_PREDICTOR_FULL);
     }
     all_gaps_in = NAN;
@@ -266,7 +266,7 @@ TEST(readings_in_other_units_are_left_out)
                 25.4f * (input.wheel_ft > config.station_ft[i] - 12.0f ? 0.3f : 0.0f);
         mr_predictor_on_block(&predictor, &input);
         mr_predictor_get_zone(&predictor, &zone);
-        assert_false(zone.basis & (MR_PREDICTOR_SURVEY | MR_PREDICTOR_FELL_BACK));
+        assert_false(zone.basis & (MR_PREDICTOR_SURVEY | MR_PREDICTOR_RESTARTED));
     }
     unsigned left_out = 0;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -300,7 +300,7 @@ TEST(jumping_transducers_do_no_harm)
     }
     mr_predictor_get_zone(&predictor, &zone);
     assert_true(most_ft < 0.25f);
-    assert_true(zone.basis & MR_PREDICTOR_BLIND);
+    assert_true(zone.basis & MR_PREDICTOR_NO_TRANSDUCER);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         assert_true(predictor.doubt[i] == MR_PREDICTOR_DISAGREES ||
                     predictor.doubt[i] == MR_PREDICTOR_DRIFTS);
@@ -365,7 +365,7 @@ TEST(a_spoilt_chain_falls_back)
             k++;
             assert_int_equal(predictor.failures, k < 4u ? k : 4u);
             mr_predictor_get_zone(&predictor, &zone);
-            assert_true(zone.basis & MR_PREDICTOR_FELL_BACK);
+            assert_true(zone.basis & MR_PREDICTOR_RESTARTED);
             assert_int_equal(zone.level, k < 4u ? MR_PREDICTOR_FULL : MR_PREDICTOR_KINEMATIC);
             continue;
         }
@@ -377,7 +377,7 @@ TEST(a_spoilt_chain_falls_back)
     mr_predictor_arm(&predictor); /* the next landing has the model again */
     mr_predictor_get_zone(&predictor, &zone);
     assert_int_equal(zone.level, MR_PREDICTOR_FULL);
-    assert_false(zone.basis & MR_PREDICTOR_FELL_BACK);
+    assert_false(zone.basis & MR_PREDICTOR_RESTARTED);
 }
 
 /* However often it is begun again, what the transducers have moved closes joints once. Stations 40

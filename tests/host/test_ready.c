@@ -27,7 +27,7 @@ static int all_well(void **state)
     f.identity.hello = (struct mr_hello){.layout = MR_LAYOUT};
     f.identity.key_known = true;
     f.identity.commit_known = true;
-    f.identity.commit.state = MR_IMAGE_GOOD;
+    f.identity.commit.state = MR_IMAGE_INTACT;
     f.identity.image_crc = 0x1234;
     f.previous_run = 3;
     f.previous_image_crc = 0x1234;
@@ -141,8 +141,8 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
 {
     f.identity.image_crc = 0x1235;
     only_no_go("firmware", "image 00001235");
-    f.identity.commit.state = MR_IMAGE_PROGRAM;
-    only_no_go("firmware", mr_image_state_text(MR_IMAGE_PROGRAM));
+    f.identity.commit.state = MR_IMAGE_PROGRAM_DAMAGED;
+    only_no_go("firmware", mr_image_state_text(MR_IMAGE_PROGRAM_DAMAGED));
     f.config_crc = 1;
     only_no_go("configuration", "CRC 00000001");
     f.has_expected_crc = true;

@@ -435,7 +435,7 @@ static double play(struct soak *soak, unsigned episode, const char *directory)
         soak->loss_tracker[link].logged_since_start = true;
         soak->time[link] = (struct timebase){0};
     }
-    uint64_t end_ps = (uint64_t)(length_s * 1e12), slice_ps = HIL_SECOND_PS;
+    uint64_t end_ps = (uint64_t)(length_s * 1e12), slice_ps = HIL_PS_PER_S;
     for (uint64_t t = slice_ps; status == MR_OK && t < end_ps + slice_ps; t += slice_ps) {
         if (t == 3 * slice_ps)
             command(soak, MR_COMMAND_BOX_LIST, 0);
