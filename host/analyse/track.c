@@ -216,27 +216,42 @@ static double predict_variance(const struct track *track, const struct track_mod
     return fmax(variance, 0.0) + ripple * ripple;
 }
 
-/* Predicts a quantity between the first and the last gate: the weighted mean over the models, with
- * the variance within and between them (without `with_error`: 0). */
+/* Sums over the models, each with its weight. */
+struct model_sums {
+    double mean, square, variance;
+};
+
+static void add_model(struct model_sums *sums, double weight, double value, double variance)
+{
+    sums->mean += weight * value;
+    sums->square += weight * value * value;
+    sums->variance += weight * variance;
+}
+
+/* Returns the standard error, from the variance within and between the models. */
+static double compute_error(const struct model_sums *sums)
+{
+    return sqrt(sums->variance + fmax(sums->square - sums->mean * sums->mean, 0.0));
+}
+
+/* Predicts a quantity between the first and the last gate (without `with_error`: error 0). */
 static struct mr_estimate predict(const struct track *track, int quantity, double t_s,
                                   bool with_error)
 {
     const double since_s = t_s - track->first_gate.t_s,
                  reference = quantity == STATION ? track->station_ft[0] : 0.0;
-    double mean = 0.0, variance = 0.0, square = 0.0, side[TRACK_MATRIX_SIZE];
+    struct model_sums sums = {0};
+    double side[TRACK_MATRIX_SIZE];
     for (size_t m = 0; m < track->model_count; m++) {
         const struct track_model *model = &track->model[m];
         double value = -reference;
         compute_gate_covariances(track, model, quantity, since_s, side);
         for (size_t i = 0; i < track->gate_count + PARABOLA_TERMS; i++)
             value += model->factor_ft[i] * side[i];
-        mean += model->weight * value;
-        square += model->weight * value * value;
-        if (with_error)
-            variance += model->weight * predict_variance(track, model, quantity, since_s, side);
+        add_model(&sums, model->weight, value,
+                  with_error ? predict_variance(track, model, quantity, since_s, side) : 0.0);
     }
-    return (struct mr_estimate){
-        reference + mean, with_error ? sqrt(variance + fmax(square - mean * mean, 0.0)) : 0.0};
+    return (struct mr_estimate){reference + sums.mean, with_error ? compute_error(&sums) : 0.0};
 }
 
 static struct track_moment make_gate_moment(const struct track *track, double t_s)
@@ -281,8 +296,6 @@ void track_make(const struct measured_landing *measured, struct track *track)
 {
     const struct mr_gates_summary *summary = &measured->summary;
     memset(track, 0, sizeof *track);
-    if (measured->fit_status != MR_OK || !measured->is_t0_touchdown)
-        return;
     track->gate_error_ft = measured->landing.switch_error_ft;
     for (size_t g = 0; g < measured->gate_count; g++) {
         const struct mr_gate *gate = &measured->gate[g];
@@ -297,7 +310,6 @@ void track_make(const struct measured_landing *measured, struct track *track)
     if (track->gate_count >= PARABOLA_TERMS)
         select_models(track);
     track->has_gates = track->model_count > 0;
-    track->is_known = true;
     set_end_moments(measured, track);
 }
 
@@ -323,7 +335,7 @@ static struct track_moment extrapolate_moment(const struct track *track, double 
 {
     const struct track_moment *touchdown = &track->touchdown, *stop = &track->stop;
     const struct mr_estimate unknown = {(double)NAN, (double)NAN};
-    if (!track->is_known || t_s < track->start_s)
+    if (t_s < track->start_s)
         return (struct track_moment){t_s, unknown, unknown};
     if (t_s < 0.0)
         return (struct track_moment){
@@ -385,17 +397,15 @@ struct mr_estimate track_compute_deceleration(const struct track *track, double 
 
 struct mr_estimate track_compute_residual_ft(const struct track *track, size_t gate)
 {
-    double mean = 0.0, variance = 0.0, square = 0.0;
+    struct model_sums sums = {0};
     for (size_t m = 0; m < track->model_count; m++) {
         /* predict the gate from the other gates, using the inverse of the matrix of all gates
          * (Dubrule 1983) */
         const struct track_model *model = &track->model[m];
-        double value = model->factor_ft[gate] / model->inverse[gate][gate];
-        mean += model->weight * value;
-        square += model->weight * value * value;
-        variance += model->weight / model->inverse[gate][gate];
+        const double own = model->inverse[gate][gate];
+        add_model(&sums, model->weight, model->factor_ft[gate] / own, 1.0 / own);
     }
-    return (struct mr_estimate){mean, sqrt(variance + fmax(square - mean * mean, 0.0))};
+    return (struct mr_estimate){sums.mean, compute_error(&sums)};
 }
 
 /* ---- the film ---- */

@@ -30,7 +30,6 @@ struct track_moment {
 };
 
 struct track {
-    bool is_known;
     double start_s; /* time from which on the station is known: first edge, or touchdown */
     struct track_moment touchdown, first_gate, last_gate, stop;
     double brake_error_ft_s;          /* standard error of the speed while the deceleration rises */
@@ -50,8 +49,7 @@ struct track {
     } model[TRACK_MODELS_MAX];
 };
 
-/* Makes the track from a landing with a summary whose times count from touchdown; otherwise
- * `is_known` is false. */
+/* Makes the track from a landing with a summary whose times count from touchdown. */
 void track_make(const struct measured_landing *measured, struct track *track);
 /* Returns the station of the lead wheel; NaN where it is not known. */
 double track_station_ft(const struct track *track, double t_s);
