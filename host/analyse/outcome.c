@@ -227,8 +227,9 @@ static struct reached_zone find_reached_zone(const struct measured_landing *meas
             break;
         if (isnan(wheel_ft) || !(measured_speed_ft_s(measured, t_s, &error_ft_s) > MIN_SPEED_FT_S))
             continue;
-        zones_find_longest_zone_at(measured, slack, i, REACHED_ZONE_DISTANCE_MAX_FT, left_in,
-                                   &zone);
+        zones_compute_remaining_slack(measured, slack, i, left_in);
+        zones_find_longest_zone(slack->slack_in, left_in, wheel_ft, REACHED_ZONE_DISTANCE_MAX_FT,
+                                &zone);
         reached_zone_update(&reach, t_s, wheel_ft, &zone);
     }
     return reach;

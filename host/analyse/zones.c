@@ -53,6 +53,14 @@ static struct zone_warning find_first_warning(const struct measured_landing *mea
     return warning;
 }
 
+const struct store_prediction *zones_find_prediction(const struct store_prediction *row,
+                                                     size_t count, int64_t block)
+{
+    while (count > 0 && row[count - 1].block != block)
+        count--;
+    return count > 0 ? &row[count - 1] : NULL;
+}
+
 /* Loads the message of the predictor that belongs to the block of the first warning. */
 static enum mr_status load_warning_reason(struct store *store,
                                           const struct measured_landing *measured,
@@ -65,20 +73,17 @@ static enum mr_status load_warning_reason(struct store *store,
                               ? store_predictions_get(store, measured->landing.id, &row, &count,
                                                       error)
                               : MR_OK;
-    for (size_t i = 0; status == MR_OK && i < count; i++) {
-        if (row[i].block != warning->block)
-            continue;
-        warning->reason = row[i].reason;
-        warning->level = row[i].level;
-        warning->start_error_ft = row[i].start_error_ft;
-        warning->end_error_ft = row[i].end_error_ft;
-        warning->predicted_mats = row[i].coming_mats;
-        warning->predicted_wheel_ft = row[i].coming_wheel_ft;
-        warning->predicted_wheel_delay_s =
-            fmax(measured_arrival_time_s(measured, row[i].coming_wheel_ft), warning->t_s) -
-            warning->t_s;
-        if (isnan(measured_arrival_time_s(measured, row[i].coming_wheel_ft)))
-            warning->predicted_wheel_delay_s = (double)NAN;
+    const struct store_prediction *found = zones_find_prediction(row, count, warning->block);
+    if (found) {
+        double arrival_s = measured_arrival_time_s(measured, found->coming_wheel_ft);
+        warning->reason = found->reason;
+        warning->level = found->level;
+        warning->start_error_ft = found->start_error_ft;
+        warning->end_error_ft = found->end_error_ft;
+        warning->predicted_mats = found->coming_mats;
+        warning->predicted_wheel_ft = found->coming_wheel_ft;
+        if (!isnan(arrival_s))
+            warning->predicted_wheel_delay_s = fmax(arrival_s, warning->t_s) - warning->t_s;
     }
     free(row);
     return status;
@@ -217,10 +222,11 @@ void zones_find_longest_zone(const float *slack_in, const float *remaining_in, d
     }
 }
 
-void zones_find_longest_zone_at(const struct measured_landing *measured,
-                                const struct zones_slack *closure, size_t sample, double within_ft,
-                                float remaining_in[MR_SEGMENTS], struct mr_closure_zone *zone)
+void zones_compute_remaining_slack(const struct measured_landing *measured,
+                                   const struct zones_slack *closure, size_t sample,
+                                   float remaining_in[MR_SEGMENTS])
 {
+    struct mr_closure_zone ignored; /* found with the board's limit */
     float station_ft[MR_TRANSDUCERS];
     float displacement_in[MR_TRANSDUCERS];
     double t_s = measured_time_s(measured, sample);
@@ -238,9 +244,7 @@ void zones_find_longest_zone_at(const struct measured_landing *measured,
         .slack_in = closure->slack_in,
         .wheel_ft = (float)measured_station_ft(measured, t_s),
     };
-    mr_closure_find_zone(&input, zone, remaining_in);
-    zones_find_longest_zone(closure->slack_in, remaining_in, (double)input.wheel_ft, within_ft,
-                            zone);
+    mr_closure_find_zone(&input, &ignored, remaining_in);
 }
 
 /* ---- answer ---- */

@@ -83,6 +83,10 @@ void zones_add_warning_status(const struct zones *zones, bool watched, struct an
  * if there is no reason, or no warning. */
 bool zones_format_earlier_warning_reason(const struct zones *zones, char out[ZONES_REASON_SIZE]);
 double zones_time_s(const struct measured_landing *measured, const struct store_zone *zone);
+/* Finds the message of the predictor for a block, which has the errors of the zone reported for that
+ * block. NULL: there is none. */
+const struct store_prediction *zones_find_prediction(const struct store_prediction *row,
+                                                     size_t count, int64_t block);
 
 /* Slack of each segment according to the survey, inches; NaN: not surveyed. */
 struct zones_slack {
@@ -110,11 +114,10 @@ enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_
  * `remaining_in` the slack that is left (MR_SEGMENTS values each; NaN: not known). */
 void zones_find_longest_zone(const float *slack_in, const float *remaining_in, double wheel_ft,
                              double within_ft, struct mr_closure_zone *zone);
-/* Computes the remaining slack of each segment and the longest run of closed segments at a sample
- * of the landing. */
-void zones_find_longest_zone_at(const struct measured_landing *measured,
-                                const struct zones_slack *closure, size_t sample, double within_ft,
-                                float remaining_in[MR_SEGMENTS], struct mr_closure_zone *zone);
+/* Computes the remaining slack of each segment at a sample of the landing; NaN: not surveyed. */
+void zones_compute_remaining_slack(const struct measured_landing *measured,
+                                   const struct zones_slack *closure, size_t sample,
+                                   float remaining_in[MR_SEGMENTS]);
 
 /* Inputs of the board's predictor in a landing: the runway with which it began, and inputs that
  * were missing. */

@@ -206,25 +206,20 @@ double compare_compute_time_error_s(const struct compare_timing *clock, double t
 #define SETTLING_S         0.3 /* time from the stop until the mats are at rest */
 #define MAT_FT             ((double)MR_MAT_LENGTH_FT)
 
-static struct compare_zone convert_closed_run(const struct mr_closure_zone *run, double wheel_ft)
-{
-    /* a zone in which the wheel is begins at the wheel, apart from the time of a sample */
-    const double error_ft = ZONES_ERROR_MATS * MAT_FT, at_wheel_ft = 0.1;
-    return (struct compare_zone){
-        .is_known = true,
-        .mats = (double)run->mats,
-        .start_ft = (double)run->start_ft,
-        .end_ft = (double)run->end_ft,
-        .start_error_ft = (double)run->start_ft - wheel_ft < at_wheel_ft ? 0.0 : error_ft,
-        .end_error_ft = error_ft};
-}
-
 struct compare_zone compare_find_closed_zone(const float *slack_in, const float *remaining_in,
                                              double wheel_ft)
 {
+    /* a zone in which the wheel is begins at the wheel */
+    const double error_ft = ZONES_ERROR_MATS * MAT_FT, at_wheel_ft = 0.1;
     struct mr_closure_zone run;
     zones_find_longest_zone(slack_in, remaining_in, wheel_ft, (double)INFINITY, &run);
-    return convert_closed_run(&run, wheel_ft);
+    return (struct compare_zone){
+        .is_known = true,
+        .mats = (double)run.mats,
+        .start_ft = (double)run.start_ft,
+        .end_ft = (double)run.end_ft,
+        .start_error_ft = (double)run.start_ft - wheel_ft < at_wheel_ft ? 0.0 : error_ft,
+        .end_error_ft = error_ft};
 }
 
 struct compare_overlap compare_compute_overlap(const struct compare_zone *a,
@@ -261,11 +256,11 @@ static struct compare_zone find_board_zone(const struct measured_landing *measur
         return zone;
     zone = (struct compare_zone){true,        (double)row->mats, row->start_ft,
                                  row->end_ft, (double)NAN,       (double)NAN};
-    for (size_t i = 0; i < reports->prediction_count; i++) {
-        if (reports->prediction[i].block != row->block)
-            continue;
-        zone.start_error_ft = reports->prediction[i].start_error_ft;
-        zone.end_error_ft = reports->prediction[i].end_error_ft;
+    const struct store_prediction *prediction =
+        zones_find_prediction(reports->prediction, reports->prediction_count, row->block);
+    if (prediction) {
+        zone.start_error_ft = prediction->start_error_ft;
+        zone.end_error_ft = prediction->end_error_ft;
     }
     return zone;
 }
@@ -288,15 +283,14 @@ static struct compare_zone find_measured_zone(const struct measured_landing *mea
                                               const struct zones_slack *survey, double t_s)
 {
     float remaining_in[MR_SEGMENTS];
-    struct mr_closure_zone run;
     double sample = (t_s - measured_time_s(measured, 0)) * 1000.0;
     if (survey->surveyed_segment_count == 0 ||
         !(sample >= 0.0 && sample < (double)measured->samples) ||
         !has_movement(measured, (size_t)sample))
         return (struct compare_zone){.is_known = false};
-    zones_find_longest_zone_at(measured, survey, (size_t)sample, (double)INFINITY, remaining_in,
-                               &run);
-    return convert_closed_run(&run, measured_station_ft(measured, t_s));
+    zones_compute_remaining_slack(measured, survey, (size_t)sample, remaining_in);
+    double wheel_ft = measured_station_ft(measured, measured_time_s(measured, (size_t)sample));
+    return compare_find_closed_zone(survey->slack_in, remaining_in, wheel_ft);
 }
 
 static struct compare_zone find_simulated_zone(const struct compare_segment_openings *segments,

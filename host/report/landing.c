@@ -354,12 +354,10 @@ static void draw_closed_segments(struct figure *figure, const struct report_land
         since_s[s] = (double)NAN;
     for (size_t i = 0; i < measured->samples; i += CHECK_PERIOD_BLOCKS) {
         float remaining_in[MR_SEGMENTS];
-        struct mr_closure_zone zone;
         t_s = measured_time_s(measured, i);
         if (t_s < -0.2 || t_s > last_s)
             continue;
-        zones_find_longest_zone_at(measured, &landing->survey, i, (double)INFINITY, remaining_in,
-                                   &zone);
+        zones_compute_remaining_slack(measured, &landing->survey, i, remaining_in);
         for (unsigned s = 0; s < MR_SEGMENTS; s++) {
             bool closed = remaining_in[s] < ZONES_CLOSED_SEGMENT_MAX_IN;
             if (closed && isnan(since_s[s])) {

@@ -81,11 +81,11 @@ static struct report_zone convert_zone(const struct report_landing *landing,
     zone.mats = row->mats;
     zone.start_ft = row->start_ft;
     zone.end_ft = row->end_ft;
-    for (size_t i = 0; i < landing->prediction_count; i++) {
-        if (landing->prediction[i].block != row->block)
-            continue;
-        zone.start_error_ft = landing->prediction[i].start_error_ft;
-        zone.end_error_ft = landing->prediction[i].end_error_ft;
+    const struct store_prediction *prediction =
+        zones_find_prediction(landing->prediction, landing->prediction_count, row->block);
+    if (prediction) {
+        zone.start_error_ft = prediction->start_error_ft;
+        zone.end_error_ft = prediction->end_error_ft;
     }
     return zone;
 }
@@ -117,9 +117,7 @@ static void set_zones(const struct report_landing *landing, struct report_facts 
     if (measured->samples == 0)
         return;
     float remaining_in[MR_SEGMENTS];
-    struct mr_closure_zone zone;
-    zones_find_longest_zone_at(measured, &landing->survey, measured->samples - 1, (double)INFINITY,
-                               remaining_in, &zone);
+    zones_compute_remaining_slack(measured, &landing->survey, measured->samples - 1, remaining_in);
     for (unsigned s = 0; s < MR_SEGMENTS && s < 64; s++)
         facts->closed_segments |= remaining_in[s] < ZONES_CLOSED_SEGMENT_MAX_IN ? 1ull << s : 0ull;
 }
