@@ -9,6 +9,7 @@
 #include "common/catalogue.h"
 #include "common/closure.h"
 #include "common/wire.h"
+#include "host/base/units.h"
 #include "host/base/xmalloc.h"
 #include "host/store/store_journal.h"
 #include "host/store/store.h"
@@ -642,27 +643,32 @@ bool outcome_record_is_marginal(const struct outcome_record_row *row)
            llabs(row->outcome.longest_mats - OUTCOME_MIN_ZONE_MATS) <= ZONES_ERROR_MATS;
 }
 
-/* Rounds to 0.1, without the sign of a negative zero. */
-static double round_to_tenth(double value)
+const char *outcome_record_format_lead_time(const struct outcome_record_row *row, bool in_table,
+                                            char out[OUTCOME_LEAD_TIME_SIZE])
 {
-    return round(10.0 * value) / 10.0 + 0.0;
+    const char *unit = in_table ? "" : " s", *begin = in_table ? " (" : " (75 % interval: ";
+    const double low_s = unit_round_to_zero(row->lead_time_low_s, 0.1),
+                 high_s = unit_round_to_zero(row->lead_time_high_s, 0.1);
+    if (isnan(row->lead_time_s))
+        return strcpy(out, "-");
+    int used = snprintf(out, OUTCOME_LEAD_TIME_SIZE, "%.1f%s",
+                        unit_round_to_zero(row->lead_time_s, 0.1), unit);
+    const size_t size = OUTCOME_LEAD_TIME_SIZE - (size_t)used;
+    if (isfinite(high_s))
+        snprintf(out + used, size, "%s%.1f to %.1f%s)", begin, low_s, high_s, unit);
+    else if (isfinite(low_s))
+        snprintf(out + used, size, "%s%.1f%s or more)", begin, low_s, unit);
+    return out;
 }
 
 const char *outcome_record_format_outcome(const struct outcome_record_row *row,
                                           char out[OUTCOME_TEXT_SIZE])
 {
-    int used = snprintf(out, OUTCOME_TEXT_SIZE, "%s", warning_outcome_text(row->warning_outcome));
-    if (isnan(row->lead_time_s))
-        return out;
-    used += snprintf(out + used, OUTCOME_TEXT_SIZE - (size_t)used, ", lead time about %.1f s",
-                     round_to_tenth(row->lead_time_s));
-    const size_t size = OUTCOME_TEXT_SIZE - (size_t)used;
-    if (isfinite(row->lead_time_high_s))
-        snprintf(out + used, size, " (75 %% interval: %.1f to %.1f s)",
-                 round_to_tenth(row->lead_time_low_s), round_to_tenth(row->lead_time_high_s));
-    else if (isfinite(row->lead_time_low_s))
-        snprintf(out + used, size, " (75 %% interval: %.1f s or more)",
-                 round_to_tenth(row->lead_time_low_s));
+    char lead[OUTCOME_LEAD_TIME_SIZE];
+    const bool has_lead = !isnan(row->lead_time_s);
+    snprintf(out, OUTCOME_TEXT_SIZE, "%s%s%s", warning_outcome_text(row->warning_outcome),
+             has_lead ? ", lead time about " : "",
+             has_lead ? outcome_record_format_lead_time(row, false, lead) : "");
     return out;
 }
 

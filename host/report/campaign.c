@@ -587,20 +587,6 @@ static void write_predictor(const struct report *report, FILE *out)
             add_predictor_row);
 }
 
-/* Adds a lead time such as "1.6 (1.2 to 1.6)". */
-static void add_lead_time(const struct outcome_record_row *row, struct answer *answer)
-{
-    const char *label = "lead time, about (s)";
-    if (isfinite(row->lead_time_s) && isfinite(row->lead_time_high_s))
-        answer_add_text(answer, NULL, label, "%.1f\xc2\xa0(%.1f\xc2\xa0to\xc2\xa0%.1f)",
-                        row->lead_time_s, row->lead_time_low_s, row->lead_time_high_s);
-    else if (isfinite(row->lead_time_s) && isfinite(row->lead_time_low_s))
-        answer_add_text(answer, NULL, label, "%.1f\xc2\xa0(%.1f\xc2\xa0or\xc2\xa0more)",
-                        row->lead_time_s, row->lead_time_low_s);
-    else
-        answer_add_value(answer, NULL, label, UNIT_NUMBER, row->lead_time_s, 1);
-}
-
 /* Adds a row with advice, warnings and outcome of a landing. */
 static void add_record_row(const struct outcome_record_row *row, struct answer *answer)
 {
@@ -610,7 +596,7 @@ static void add_record_row(const struct outcome_record_row *row, struct answer *
                                          [WARNING_NOT_RECEIVED] = "not known"};
     static const char *const came[] = {"not known", "yes", "no"};
     const struct outcome *outcome = &row->outcome;
-    char advice[OUTCOME_ADVICE_SIZE];
+    char advice[OUTCOME_ADVICE_SIZE], lead[OUTCOME_LEAD_TIME_SIZE];
     answer_open_row(answer);
     answer_add_count(answer, NULL, "RUN", row->run);
     answer_add_text(answer, NULL, "outcome", "%s", warning_outcome_text(row->warning_outcome));
@@ -628,7 +614,9 @@ static void add_record_row(const struct outcome_record_row *row, struct answer *
     answer_add_count(answer, NULL, "closed mats after", outcome->closed_after_mats);
     answer_add_count(answer, NULL, "waves observed", (int64_t)outcome->wave_count);
     answer_add_count(answer, NULL, "breaks observed", (int64_t)outcome->break_count);
-    add_lead_time(row, answer);
+    answer_add_text(answer, NULL, "lead time, about (s)", "%s",
+                    outcome_record_format_lead_time(row, true, lead))
+        ->is_number = true;
     answer_add_text(answer, NULL, "evidence", "%s",
                     row->warning_outcome == WARNING_OUTCOME_UNKNOWN
                         ? row->unknown_reason

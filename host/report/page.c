@@ -375,7 +375,7 @@ static void put_outcome_counts_fact(const struct report *report, FILE *out)
         WARNING_HIT,         WARNING_LATE,          WARNING_MISS,
         WARNING_FALSE_ALARM, WARNING_TRUE_NEGATIVE, WARNING_OUTCOME_UNKNOWN};
     size_t count[WARNING_OUTCOME_COUNT] = {0};
-    char outcome[OUTCOME_TEXT_SIZE];
+    char outcome[OUTCOME_TEXT_SIZE], lead[OUTCOME_LEAD_TIME_SIZE];
     bool any = false;
     begin_fact(out, report->run ? "outcome" : "warnings by outcome");
     for (size_t i = 0; i < report->landings; i++) {
@@ -403,11 +403,10 @@ static void put_outcome_counts_fact(const struct report *report, FILE *out)
                 (long long)row->run, (long long)row->outcome.longest_mats, ZONES_ERROR_MATS,
                 OUTCOME_MIN_ZONE_MATS);
         else if (row->lead_time_low_s < 0.0 && row->lead_time_high_s > 0.0)
-            fprintf(
-                out,
-                " <small>RUN %lld: the 75 %% interval of the lead time is %.1f to %.1f s, so the "
-                "warning may have been late or in time</small>",
-                (long long)row->run, row->lead_time_low_s, row->lead_time_high_s);
+            fprintf(out,
+                    " <small>RUN %lld: lead time about %s, so the warning may have been late or in "
+                    "time</small>",
+                    (long long)row->run, outcome_record_format_lead_time(row, false, lead));
     }
     if (report->landings && count[WARNING_OUTCOME_UNKNOWN] == report->landings && report->run)
         put_missing_value(out, "", report->facts[0].outcome_reason);

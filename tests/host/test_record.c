@@ -320,3 +320,23 @@ TEST(restored_runway)
     outcome_record_free(&record);
     session_end(&session);
 }
+
+TEST(a_lead_time_has_no_negative_zero)
+{
+    struct outcome_record_row row = {.warning_outcome = WARNING_LATE,
+                                     .lead_time_s = -0.04,
+                                     .lead_time_low_s = -0.8,
+                                     .lead_time_high_s = -0.01};
+    char text[OUTCOME_TEXT_SIZE], lead[OUTCOME_LEAD_TIME_SIZE];
+    assert_string_equal(outcome_record_format_lead_time(&row, true, lead), "0.0 (-0.8 to 0.0)");
+    assert_string_equal(
+        outcome_record_format_outcome(&row, text),
+        "warned, but too late, lead time about 0.0 s (75 % interval: -0.8 to 0.0 s)");
+    row.lead_time_high_s = (double)NAN;
+    assert_string_equal(outcome_record_format_lead_time(&row, true, lead), "0.0 (-0.8 or more)");
+    assert_string_equal(outcome_record_format_lead_time(&row, false, lead),
+                        "0.0 s (75 % interval: -0.8 s or more)");
+    row.lead_time_s = (double)NAN;
+    assert_string_equal(outcome_record_format_lead_time(&row, true, lead), "-");
+    assert_string_equal(outcome_record_format_outcome(&row, text), "warned, but too late");
+}
