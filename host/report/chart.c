@@ -235,12 +235,22 @@ void figure_add_series(struct figure *figure, const struct chart_series *s)
     free(kept.index);
 }
 
+/* Returns the place of a kind of shape among those written so far, or the first free place. */
+static const char **find_shape_kind(struct figure *figure, const char *kind)
+{
+    const char **place = figure->shape_kind;
+    while (*place && strcmp(*place, kind) != 0)
+        place++;
+    return place;
+}
+
 void figure_add_shape(struct figure *figure, const char *kind, double x0, double x1, double y0,
                       double y1, const char *text)
 {
     FILE *out = figure->out;
     const double x = figure->x->factor, y = figure->y->factor,
                  corner[4] = {x * x0, x * x1, y * y0, y * y1};
+    *find_shape_kind(figure, kind) = kind;
     begin_item(figure);
     fprintf(out, "[\"%s\"", kind);
     for (int i = 0; i < 4; i++) {
@@ -260,8 +270,12 @@ void figure_end(struct figure *figure, const char *const *keys, const char *capt
     va_list arguments;
     end_plot(figure);
     fputs("],\"k\":[", out);
+    const char *separator = "";
     for (size_t i = 0; keys && keys[i]; i += 2) {
-        fprintf(out, "%s[", i ? "," : "");
+        if (!*find_shape_kind(figure, keys[i]))
+            continue;
+        fprintf(out, "%s[", separator);
+        separator = ",";
         put_json_text(out, keys[i]);
         putc(',', out);
         put_json_text(out, keys[i + 1]);

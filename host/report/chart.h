@@ -16,12 +16,14 @@
 #define CHART_TIME_LABEL              "time since touchdown (s)"
 #define CHART_LABEL_SIZE              60u
 
+#define FIGURE_SHAPE_KINDS 15 /* the kinds of figure_add_shape, and an end */
 struct figure {
     FILE *out;
     bool si;
     const struct unit *x, *y;                      /* units of the current plot */
     unsigned plots_per_row, plot_count, height_px; /* height_px: height of all plots together */
     bool has_items; /* an item was written, so the next one must be preceded by a comma */
+    const char *shape_kind[FIGURE_SHAPE_KINDS]; /* kinds of the shapes written so far */
 };
 
 /* How the y ranges of plots are chosen. */
@@ -34,7 +36,8 @@ enum figure_range {
 /* Begins a figure. `what`: its text alternative (static). `columns`: number of plots in a row if
  * there is room. Call figure_end at its end. */
 struct figure figure_begin(FILE *out, bool si, const char *what, unsigned columns, unsigned range);
-/* Ends a figure. `caption` is HTML. `keys`: kind and text of shapes in turn, ending with NULL. */
+/* Ends a figure. `caption` is HTML. `keys`: kind and text of shapes in turn, ending with NULL; kinds
+ * that the figure does not have are left out. */
 void figure_end(struct figure *figure, const char *const *keys, const char *caption, ...)
     __attribute__((format(printf, 3, 4)));
 
@@ -64,7 +67,7 @@ struct chart_series {
     size_t count;
 };
 void figure_add_series(struct figure *figure, const struct chart_series *series);
-/* Adds a shape: "closed", "behind", "reported", "warned", "band", "mark", "stop", "lead", "sensor",
+/* Adds a shape. `kind` (static): "closed", "behind", "reported", "warned", "band", "mark", "stop", "lead", "sensor",
  * "seen", "damaged", "repaired", "failed", "passed". NaN in x0 or y0: the shape extends over the
  * whole axis. */
 void figure_add_shape(struct figure *figure, const char *kind, double x0, double x1, double y0,

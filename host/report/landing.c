@@ -403,7 +403,7 @@ static void write_zone_map(const struct report *report, const struct report_land
     const char *keys[] = {"closed", "closed segments ahead of the wheel",
                           "behind", "closed segments behind it",
                           "sensor", "transducers",
-                          NULL,     "zone reported, warning on",
+                          "warned", "zone reported, warning on",
                           "lead",   "first warning",
                           NULL};
     const struct measured_landing *measured = &landing->summary.measured;
@@ -446,7 +446,6 @@ static void write_zone_map(const struct report *report, const struct report_land
             figure_add_shape(&figure, "sensor", at, at, (double)NAN, (double)NAN, NULL);
     }
     if (warning->has_warning) {
-        keys[6] = "warned";
         if (zones_format_earlier_warning_reason(&landing->summary.zones, doubt))
             keys[9] = "first warning received";
         snprintf(caption, sizeof caption,
