@@ -894,9 +894,10 @@ void summary_add_calibration(const struct measured_landing *measured, struct ans
 void summary_format_heading(const struct summary *summary, char out[SUMMARY_HEADING_SIZE])
 {
     const struct store_landing *landing = &summary->measured.landing;
-    snprintf(out, SUMMARY_HEADING_SIZE, "RUN %lld: landing %lld, %s%s", (long long)landing->id,
+    snprintf(out, SUMMARY_HEADING_SIZE, "RUN %lld: landing %lld, %s%s%s", (long long)landing->id,
              (long long)landing->board_landing, mr_landing_state_text((unsigned)landing->state),
-             measured_quality_text(&summary->measured));
+             measured_quality_text(&summary->measured),
+             measured_is_emulated(landing) ? " (emulated board, synthetic data)" : "");
 }
 
 void summary_add_alerts(const struct summary *summary, struct answer *answer)
@@ -955,6 +956,7 @@ void summary_to_answer(const struct summary *summary, struct answer *answer)
     answer_add_count(answer, "run", NULL, landing->id);
     answer_add_count(answer, "landing", NULL, landing->board_landing);
     answer_add_text(answer, "state", NULL, "%s", mr_landing_state_text((unsigned)landing->state));
+    answer_add_flag(answer, "emulated", NULL, measured_is_emulated(landing));
     if (summary->outcome.is_evaluated)
         outcome_record_add_outcome(&summary->outcome, answer);
     summary_add_facts(summary, answer);

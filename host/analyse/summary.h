@@ -91,7 +91,7 @@ enum mr_status summary_load_outcome(struct store *store, struct summary *summary
 void summary_free(struct summary *summary); /* may also be called after an error */
 
 /* Writes the heading: "RUN 5: landing 5, done". */
-#define SUMMARY_HEADING_SIZE 80
+#define SUMMARY_HEADING_SIZE 140
 void summary_format_heading(const struct summary *summary, char out[SUMMARY_HEADING_SIZE]);
 /* Adds "uncalibrated" to the JSON: true, false, or null if the configuration was not read. */
 void summary_add_calibration(const struct measured_landing *measured, struct answer *answer);

@@ -323,11 +323,6 @@ static void show_landing(struct store *store, int64_t run, struct answer *answer
     static struct summary summary;
     summary_load(store, run, &summary, fatal);
     summary_load_outcome(store, &summary, fatal);
-    bool emulated = measured_is_emulated(&summary.measured.landing);
-    answer_add_flag(answer, "emulated", NULL, emulated);
-    if (emulated)
-        answer_add_sentence(answer, NULL,
-                            "Emulated board, synthetic data: no hardware and no mat was involved.");
     summary_to_answer(&summary, answer);
     add_journal(store, &summary.measured.landing, answer);
     summary_free(&summary);

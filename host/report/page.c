@@ -507,7 +507,6 @@ static void put_landing_summary(const struct report *report, struct report_facts
     one.facts = facts;
     one.landings = 1;
     one.run = facts->landing.id;
-    put_emulated_banner(&one, out);
     put_outcome_sentence(facts, out);
     if (report->run) /* not here: the front page has these numbers */
         return;

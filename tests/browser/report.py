@@ -137,7 +137,7 @@ def check_overlay(browser, db):
     show(browser, make_page(db, "overlay.html"))
     whole(browser)
     tap.check("each landing begins with its outcome, and is marked as emulated", browser.js(
-        "[...document.querySelectorAll('.landing')].every(l => l.children[1].className === 'emulated' && /^Outcome: /.test(l.children[2].textContent) && l.children[3].children.length === 5)"))
+        "[...document.querySelectorAll('.landing')].every(l => /\\(emulated board, synthetic data\\)$/.test(l.children[0].textContent) && /^Outcome: /.test(l.children[1].textContent) && l.children[2].children.length === 5)"))
     both = "document.querySelector('#overlay')"
     keys = both + ".querySelector('.keys').textContent"
     tap.check("two landings are on one axis", browser.js(keys) == "RUN 1RUN 2" and browser.js(both + ".querySelectorAll('.plot').length") == 9, browser.js(keys))
