@@ -235,6 +235,8 @@ BOARD = """(() => {
   t += 1e6;
   zone(1, 2250, 0, 5);
   out.over = [board.warning.on, board.warning.since_us > 0, board.warning.zone.mats];
+  const report = (block, wheel_ft) => { say('zone_coming', 0, block, { mats: 57, wheel_ft }); say('verdict', 0, block, { verdict: 2, verdict_text: 'warning', reason: 2, reason_text: 'later', level: 0, level_text: '' }); return board.state().expected; };
+  out.first = [report(2251, 65), report(2252, 80), report(2253, null)];
   say('motion', 0, 2255, { position_ft: 58, speed_ft_s: 20, deceleration_ft_s2: 5 });
   out.gear = board.gear().station_ft;
   say('edge', 0, 2260, { position: 3, count: 1 });
@@ -250,6 +252,7 @@ def board_state(browser):
     tap.check("halves of two statements are none", out["halves"] is False, out)
     tap.check("the newer statement of the two links counts", out["newer"] == [True, 2150, 60, 60] and out["over"] == [False, True, 60], out)
     tap.check("a warning stays for a second", out["held"] is True, out)
+    tap.check("an expected zone is named if the wheel reaches it before the closed one", out["first"] == [{"mats": 57, "wheel_ft": 65}, None, None], out)
     tap.check("the gear does not roll back", out["gear"] == 60, out)
     tap.check("a restart of the board begins anew", out["restart"] == [1, 0, 0, "the board restarted"], out)
 

@@ -136,7 +136,7 @@ class Board {
       w.on = true;
       w.since_us = m.t;
       if (w.first_decided_block === null) w.first_decided_block = block;
-      this.notice('alarm', m.t, 'WARNING: ' + this.zone.mats + ' closed mats ahead, stations ' + Number(this.zone.start_ft).toFixed(1) + ' to ' + Number(this.zone.end_ft).toFixed(1) + ' ft');
+      this.notice('alarm', m.t, 'WARNING: the lamp is on');
     }
     this.endWarning(m.t);
   }
@@ -162,6 +162,11 @@ class Board {
   }
   isRecording() { return !this.landing || ['armed', 'landing', 'settling'].includes(this.landing.text); }
   isAdvised() { return this.verdict !== null && this.verdict.verdict === 'advisory' && this.isRecording(); }
+  /* The zone that the model expects, if the wheel reaches it before the closed one; otherwise null. */
+  expected() {
+    const v = this.verdict, z = this.zone, coming = v && !v.compression ? v.coming : null;
+    return coming && coming.mats > 0 && coming.wheel_ft !== null && (z.mats === 0 || coming.wheel_ft < z.start_ft - 2) ? { mats: coming.mats, wheel_ft: coming.wheel_ft } : null;
+  }
   take_risk(m, link) { link.risk = m; }
   take_risk_item(m) { if (m.index === this.fixed.lamp_limit_item) this.lampLimit = m.value; }
   take_risk_lead(m, link, block) {
@@ -272,7 +277,7 @@ class Board {
     return {
       now_us: host.now_us, heard_us: Math.max(0, ...host.links.map((link) => link.heard_us), this.links[0].heard, this.links[1].heard), block: host.block,
       state: this.landing ? this.landing.text : 'unknown', landing: this.landing ? this.landing.landing : 0, source: host.source, late: host.late,
-      warning: this.warning, outcome: this.outcome, verdict: this.shownVerdict(), risk: this.shownRisk(), zone: this.zone, gear: this.gear(), opened: [...this.opened],
+      warning: this.warning, outcome: this.outcome, verdict: this.shownVerdict(), risk: this.shownRisk(), zone: this.zone, expected: this.expected(), gear: this.gear(), opened: [...this.opened],
       readings: host.readings, bands: [...this.bands.values()], links: host.links, health: this.shownHealth(), notices: this.notices, uncalibrated: host.uncalibrated,
     };
   }

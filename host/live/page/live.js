@@ -276,6 +276,7 @@
   const leadWords = (zone) => (zone.lead_s === null ? 'time to zone not known' : zone.lead_s === 0 ? 'wheel at the zone' : 'time to zone ' + fixed(zone.lead_s, 2) + ' s');
   const zoneWords = (zone, lead) => zone.mats + ' mats closed ahead, stations ' + fixed(zone.start_ft === null ? null : zone.start_ft * unit('station').factor, 1) + ' to ' + shown(zone.end_ft, 'station', 1) +
     (lead ? '; ' + leadWords(zone) : '');
+  const expectedWords = (zone) => zone.mats + ' closed mats expected with the wheel at ' + shown(zone.wheel_ft, 'station', 1);
   /* An advisory may come and go 20 times a second: the tile shows it for at least a second. */
   const ADVICE_MS = 1000;
   let advice = null, advisedAt = -ADVICE_MS;
@@ -297,19 +298,19 @@
   };
   const outcomeWords = () => state.outcome.split(': ', 2).join(': '); /* without its evidence, which the events have: tiles keep their height */
   const showWarning = () => {
-    const w = state.warning, box = $('warning'), past = !w.on && w.since_us > 0;
+    const w = state.warning, zone = state.zone.mats > 0 ? state.zone : w.zone, box = $('warning'), past = !w.on && w.since_us > 0;
     box.hidden = !(w.on || (past && seen !== w.since_us));
     box.className = w.on ? '' : 'past';
     document.body.classList.toggle('warned', w.on);
     if (w.on || past) {
-      say('warning-title', w.on ? 'WARNING: JOINTS CLOSED AHEAD' : 'The board warned at ' + clock(w.since_us) + '; the warning is over');
-      say('warning-text', w.on ? zoneWords(w.off_us ? w.zone : state.zone, !w.off_us) : (state.outcome ? outcomeWords() + '; ' : 'first warning in block ' + w.first_decided_block + '; ') + 'zone warned of: ' + zoneWords(w.zone, false));
+      say('warning-title', w.on ? 'WARNING: JOINTS ' + (state.expected ? 'CLOSING' : 'CLOSED') + ' AHEAD' : 'The board warned at ' + clock(w.since_us) + '; the warning is over');
+      say('warning-text', w.on ? (state.expected ? expectedWords(state.expected) : zoneWords(zone, true)) : (state.outcome ? outcomeWords() + '; ' : 'first warning in block ' + w.first_decided_block + '; ') + 'zone warned of: ' + zoneWords(w.zone, false));
     }
     $('warning-seen').hidden = w.on;
     const advises = advised() && !w.on; /* looked at each time: it keeps the newest */
     document.title = (lost() ? '✕ BOARD SILENT · ' : w.on ? '▲ WARNING · ' : advises ? 'advisory · ' : '') + state.state + ' · matrig live';
     sound(w.on);
-    if (w.on) tile('warning', 'hot', '▲', 'WARNING', leadWords(w.off_us ? w.zone : state.zone) + riskWords());
+    if (w.on) tile('warning', 'hot', '▲', 'WARNING', (state.expected ? expectedWords(state.expected) : leadWords(zone)) + riskWords());
     else if (advises) tile('warning', 'advised', '!', 'advisory', adviceWords(advice) + '. The lamp is off' + riskWords());
     else tile('warning', past ? '' : 'good', past ? '△' : '○', past ? 'over' : 'none', state.outcome ? outcomeWords() : quietWords() + riskWords());
   };
