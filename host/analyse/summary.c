@@ -185,9 +185,6 @@ static void add_mean(const struct store_mean *mean, struct answer *answer)
     for (unsigned i = 0; i < MR_QUANTITY_COUNT; i++) {
         const struct mr_quantity_info *info = mr_quantity_at(i);
         const struct store_mean *m = &mean[i];
-        const char *unit = info->unit;
-        while ((unsigned char)*unit >= 0x80) /* skip the degree sign */
-            unit++;
         if (!m->readings && m->messages)
             answer_add_text(answer, NULL, info->name, "none of %lld readings received; %s",
                             (long long)m->messages, info->missing_reason);
@@ -195,8 +192,8 @@ static void add_mean(const struct store_mean *mean, struct answer *answer)
             continue;
         answer_add_estimate(answer, NULL, info->name, UNIT_NUMBER, m->mean, m->error,
                             info->decimals);
-        answer_append_remark(answer, " %s, %lld of %lld readings", unit, (long long)m->readings,
-                             (long long)m->messages);
+        answer_append_remark(answer, " %s, %lld of %lld readings", info->unit,
+                             (long long)m->readings, (long long)m->messages);
         answer_add_value(answer, info->key, NULL, UNIT_NUMBER, m->mean, info->decimals);
         if (!isnan(m->error))
             answer_add_value(answer, info->error_key, NULL, UNIT_NUMBER, m->error, info->decimals)

@@ -654,7 +654,9 @@ static void check_temperature(const struct ready_inputs *f, struct ready_report 
         ready_add_check(report, READY_NOT_DONE, "thermometer", NULL, NULL,
                         "none in the configuration");
     else if (f->temperature_known && !isnan(f->temperature.temperature_c))
-        ready_add_check(report, READY_GO, "thermometer", NULL, NULL, "%.2f +- %.2f C",
+        ready_add_check(report, READY_GO, "thermometer", NULL, NULL,
+                        "%.2f +- %.2f \xc2\xb0"
+                        "C",
                         unit_round_to_zero((double)f->temperature.temperature_c, 0.01),
                         (double)f->temperature.error_c);
     else

@@ -35,6 +35,7 @@ check "nor a landing" fails_with 2 "no such landing: RUN 7 in $db" $matrig show 
 # --- the summary again ---
 again() { show "$db" 1 >"$tmp/again.txt" && cmp "$tmp/log.txt" "$tmp/again.txt"; }
 check "a landing in the words that log had" again
+check "the temperature with its unit" grep -E '^  temperature +20\.[0-9]{2} \+- 0\.29 °C, ' "$tmp/log.txt"
 emulated() { # in the heading, and in the list; a board of another lot is not
     cp "$db" "$tmp/other-lot.db" && sqlite3 "$tmp/other-lot.db" "update landings set board_uid = substr(board_uid, 1, 8) || '123456' || substr(board_uid, 15)"
     grep -x 'RUN 1: landing 5, done, calibration unknown (emulated board, synthetic data)' "$tmp/log.txt" && show "$db" | grep ' 5, done, emulated ' &&
