@@ -38,6 +38,8 @@ static struct zone_warning find_first_warning(const struct measured_landing *mea
         .wheel_ft = row->wheel_ft,
         .inferred_percent = row->inferred_percent,
         .predicted_lead_s = (double)NAN,
+        .predicted_lead_error_s = (double)NAN,
+        .predicted_lead_block = STORE_NONE,
         .predicted_lead_t_s = (double)NAN,
         .predicted_lead_start_ft = (double)NAN,
         .actual_lead_s = (double)NAN,
@@ -85,6 +87,12 @@ static enum mr_status load_warning_reason(struct store *store,
         if (!isnan(arrival_s))
             warning->predicted_wheel_delay_s = fmax(arrival_s, warning->t_s) - warning->t_s;
     }
+    found = zones_find_prediction(row, count, warning->predicted_lead_block);
+    if (found) {
+        double ignored,
+            speed_ft_s = measured_speed_ft_s(measured, warning->predicted_lead_t_s, &ignored);
+        warning->predicted_lead_error_s = found->start_error_ft / speed_ft_s;
+    }
     free(row);
     return status;
 }
@@ -101,6 +109,7 @@ static void find_warning(const struct measured_landing *measured, struct zones *
         if (isnan(warning->predicted_lead_s) && !isnan(row->lead_s)) {
             warning->predicted_lead_s = row->lead_s;
             warning->predicted_lead_t_s = zones_time_s(measured, row);
+            warning->predicted_lead_block = row->block;
             warning->predicted_lead_start_ft = row->start_ft;
             warning->actual_lead_s = measured_arrival_time_s(measured, row->start_ft) -
                                      warning->predicted_lead_t_s;
@@ -283,14 +292,17 @@ static const char *get_not_reached_text(const struct zone_warning *w)
 /* Adds the board's own prediction. It is not the lead time to 50 closed mats (record.h). */
 static void add_lead_time(const struct zone_warning *w, struct answer *answer)
 {
-    answer_add_value(answer, "time_to_zone",
-                     get_label_if_known("predicted time to zone", w->predicted_lead_s), UNIT_TIME,
-                     w->predicted_lead_s, 3);
+    const char *label = get_label_if_known("predicted time to zone", w->predicted_lead_s);
+    const bool is_at_zone = w->predicted_lead_s <= fmax(0.0, w->predicted_lead_error_s);
+    answer_add_estimate(answer, "time_to_zone", is_at_zone ? NULL : label, UNIT_TIME,
+                        w->predicted_lead_s, w->predicted_lead_error_s, 2);
+    if (is_at_zone)
+        answer_add_text(answer, NULL, label, "none: the wheel was at the zone");
     if (isfinite(w->predicted_lead_s) && isfinite(w->actual_lead_s))
-        answer_append_remark(answer, ", reported at %.3f s; actual %.3f s", w->predicted_lead_t_s,
+        answer_append_remark(answer, ", reported at %.2f s; actual %.2f s", w->predicted_lead_t_s,
                              w->actual_lead_s);
     else if (isfinite(w->predicted_lead_s))
-        answer_append_remark(answer, ", reported at %.3f s; actual: %s", w->predicted_lead_t_s,
+        answer_append_remark(answer, ", reported at %.2f s; actual: %s", w->predicted_lead_t_s,
                              get_not_reached_text(w));
     answer_add_value(answer, "time_to_zone_t", NULL, UNIT_TIME, w->predicted_lead_t_s, 3)->digits =
         9;

@@ -57,6 +57,9 @@ struct zone_warning {
     bool is_path_known; /* the path of the wheel is known up to the stop */
     /* The first time to the zone that the board predicted during a warning, and the actual time. */
     double predicted_lead_s; /* predicted time to the zone; NaN: never sent */
+    /* standard error, from that of the zone's start; NaN: not known */
+    double predicted_lead_error_s;
+    int64_t predicted_lead_block;
     double predicted_lead_t_s;
     double predicted_lead_start_ft; /* start of the zone in the message with predicted_lead_s */
     /* actual time until the wheel reached predicted_lead_start_ft; NaN: it stopped before, or the

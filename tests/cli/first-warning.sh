@@ -46,6 +46,10 @@ assert not [key for key in shown["zone"] if "lead" in key or key == "reached"], 
 P
 }
 again() { build/tests/again/again "$db" 1 >"$tmp/again.json" && same "$(json "$tmp/again.json" first_warning_block)" "$block"; }
+at_the_zone() { # the error of the time is that of the zone's start, at the speed of the wheel
+    grep -E '^ +predicted time to zone +none: the wheel was at the zone, reported at [0-9.]+ s; actual [0-9]\.[0-9]{2} s$' "$tmp/show.txt" &&
+        python3 -c 'import json, sys; z = json.load(open(sys.argv[1]))["zone"]; print(z); assert z["time_to_zone_s"] <= z["time_to_zone_error_s"] < 0.1' "$tmp/show.json"
+}
 in_the_report() {
     m --quiet report "$db" -o "$tmp/report.html" && grep -o "<dt>zone</dt><dd class=\"warn\">warned $want s after touchdown, decided in block $block</dd>" "$tmp/report.html" &&
         grep -q "<td[^>]*>$want</td>" "$tmp/report.html"
