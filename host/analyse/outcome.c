@@ -782,18 +782,31 @@ static void add_warnings(const struct outcome_record *record, struct answer *ans
 static void add_advice(const struct outcome_record *record, struct answer *answer)
 {
     static const char *const names[ADVICE_LEVEL_COUNT] = {"clear", "caution", "against"};
-    answer_open_table(answer, "advice", "advice before landings");
+    char none[40] = "";
+    size_t landings[ADVICE_LEVEL_COUNT] = {0}, sum = 0;
     for (size_t i = 0; i < ADVICE_LEVEL_COUNT; i++) {
+        for (size_t k = 0; k < 3; k++)
+            landings[i] += record->advice_count[i][k];
+        sum += landings[i];
+    }
+    answer_open_table(answer, "advice", sum ? "advice before landings" : NULL);
+    for (size_t i = 0; i < ADVICE_LEVEL_COUNT; i++) {
+        const size_t *count = record->advice_count[i], used = strlen(none);
+        const bool shown = landings[i] > 0; /* the JSON has each advice */
         answer_open_row(answer);
-        answer_add_text(answer, "advice", "advice", "%s", names[i]);
-        answer_add_count(answer, "came", "zone reached",
-                         (int64_t)record->advice_count[i][OUTCOME_REACHED]);
-        answer_add_count(answer, "did_not", "not reached",
-                         (int64_t)record->advice_count[i][OUTCOME_NOT_REACHED]);
-        answer_add_count(answer, "unknown", "not known",
-                         (int64_t)record->advice_count[i][OUTCOME_UNKNOWN]);
+        answer_add_text(answer, "advice", shown ? "advice" : NULL, "%s", names[i]);
+        answer_add_count(answer, "came", shown ? "zone reached" : NULL,
+                         (int64_t)count[OUTCOME_REACHED]);
+        answer_add_count(answer, "did_not", shown ? "not reached" : NULL,
+                         (int64_t)count[OUTCOME_NOT_REACHED]);
+        answer_add_count(answer, "unknown", shown ? "not known" : NULL,
+                         (int64_t)count[OUTCOME_UNKNOWN]);
+        if (!shown)
+            snprintf(none + used, sizeof none - used, "%s%s", used ? ", " : "", names[i]);
     }
     answer_close_group(answer);
+    if (sum && none[0])
+        answer_add_text(answer, NULL, "no landing as planned", "with the advice %s", none);
     answer_add_count(answer, "off_plan", "not landed as planned", (int64_t)record->off_plan_count);
 }
 
