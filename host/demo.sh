@@ -6,7 +6,7 @@
 set -eu
 folder=$1 matrig=$2 board=$3 image=$4 runs=$5
 shift 5
-db=$folder/campaign.db page=$folder/report.html playing='' logging='' run=0
+db=$folder/campaign.db page=$folder/report.html playing='' logging='' run=0 sent=0
 export USER='A. Operator' # author of all entries
 fail() { # CODE WORDS
     echo "matrig: $2" >&2
@@ -19,29 +19,39 @@ end() {
     done
     rm -rf "$work"
 }
+notes() { # what board and log wrote, without the board's statistics; the commands of the run file are counted
+    grep -hv -e '^matrig: another program sent ' -e '^matrig-board: .* s virtual in ' "$work/board.err" "$work/log.err" >&2 || :
+    sent=$((sent + $(grep -c '^matrig: another program sent ' "$work/log.err" || :)))
+}
 play() { # LANDING OPTIONS...: until the runway is in the board's memory, 0.5 s after the landing is disarmed
     landing=$1
     shift
-    run=$((run + 1))
+    run=$((run + 1)) logged=0 played=0
     for_s=$(awk '$1 == "duration_s" { print $2 + 1.2; exit }' "$runs/landing$landing.run")
-    "$board" --elf "$image" --flash "$work/flash" --nor "$work/memory" --can "unix:$work/can" --serial "unix:$work/serial" --rig "$runs/landing$landing.run" --for "$for_s" --speed max &
+    "$board" --elf "$image" --flash "$work/flash" --nor "$work/memory" --can "unix:$work/can" --serial "unix:$work/serial" --rig "$runs/landing$landing.run" --for "$for_s" --speed max 2>"$work/board.err" &
     playing=$!
-    "$matrig" "$@" log --can "unix:$work/can" --serial "unix:$work/serial" --db "$db" &
+    "$matrig" "$@" log --can "unix:$work/can" --serial "unix:$work/serial" --db "$db" 2>"$work/log.err" &
     logging=$!
-    wait "$logging" || fail $? "matrig log ended with exit code $?: matrig demo; its own message stands above"
+    wait "$logging" || logged=$?
     logging=''
-    wait "$playing" || fail 3 "matrig-board ended with exit code $?: matrig demo; its own message stands above"
+    [ $logged != 0 ] || wait "$playing" || played=$?
+    notes
+    [ $logged = 0 ] || fail $logged "matrig log ended with exit code $logged: matrig demo; its own message stands above"
     playing=''
+    [ $played = 0 ] || fail 3 "matrig-board ended with exit code $played: matrig demo; its own message stands above"
     "$matrig" --quiet landing "$db" $run --correct weight_lb=1300 --reason 'weight of the gear in the synthetic landings' >"$work/said"
-    "$matrig" "$@" compare "$db" $run
+    "$matrig" --quiet compare "$db" $run >"$work/said"
 }
 at_rest() { # WORDS of matrig board, to a board whose gear stands; it takes one connection
-    "$board" --elf "$image" --flash "$work/flash" --can none --serial "unix:$work/serial" --speed max &
+    told=0
+    "$board" --elf "$image" --flash "$work/flash" --can none --serial "unix:$work/serial" --speed max 2>"$work/board.err" &
     playing=$!
-    "$matrig" --quiet board --serial "unix:$work/serial" "$@" >"$work/said" || fail $? "matrig board ended with exit code $?: matrig demo; its own message stands above"
-    kill $playing # it writes its flash and ends
+    "$matrig" --quiet board --serial "unix:$work/serial" "$@" >"$work/said" || told=$?
+    kill $playing 2>/dev/null || : # it writes its flash and ends
     wait $playing || :
     playing=''
+    notes
+    [ $told = 0 ] || fail $told "matrig board ended with exit code $told: matrig demo; its own message stands above"
 }
 configured() { # as a crew does before the first landing: place and serial numbers
     at_rest config get -o "$work/read.cfg"
@@ -60,6 +70,7 @@ surveyed() { # RUN: a sheet on standard input, filled in with the openings that 
 for file in "$db" "$page"; do [ ! -e "$file" ] || fail 2 "there is one already: $file; name a new folder"; done
 mkdir -p "$folder" 2>/dev/null || fail 3 "cannot make the folder: $folder; name another one"
 work=$(mktemp -d "${TMPDIR:-/tmp}/matrig-demo.XXXXXX")
+: >"$work/log.err"
 trap end EXIT
 trap 'fail 3 "interrupted: matrig demo; name a new folder to start once more"' INT TERM
 
@@ -86,6 +97,9 @@ echo '== The same landing on the same runway, braked at 8.5 ft/s2 from touchdown
 cp "$work/surveyed" "$work/memory"
 play 7 "$@"
 
+echo '== The last landing against a simulation of the model runway'
+"$matrig" "$@" compare "$db" $run
+[ $sent = 0 ] || echo "In each landing the emulated rig sent survey, arm, mark and disarm; the campaign records these $sent commands as sent by another program."
 "$matrig" "$@" report "$db" -o "$page"
 "$matrig" "$@" show "$db" | sed -n '/^The wheel reached a zone/,$p'
 echo "Look at $page; the campaign is $db."

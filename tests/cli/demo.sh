@@ -9,6 +9,9 @@ export TMPDIR=$root/$tmp/temporary
 truth() { sed -n "s/^truth $2 //p" "tests/runs/landing$1.run"; }
 
 plays() { timeout 600 env -C "$work" "$matrig" demo first >"$work/told.txt" 2>"$work/err.txt"; }
+quiet() { # the commands that the rig sends are counted, not listed
+    ! grep -e 'another program sent' -e ' s virtual in ' "$work/err.txt" && grep -x 'In each landing the emulated rig sent survey, arm, mark and disarm; the campaign records these 20 commands as sent by another program\.' "$work/told.txt"
+}
 tells() { tail -n 1 "$work/told.txt" | grep -Fx 'Look at first/report.html; the campaign is first/campaign.db.'; }
 all_measured() { # each touchdown's speed, against the truth that its run file was made with
     local true
@@ -34,7 +37,10 @@ touchdown_s = 1.62
 assert float(sys.argv[2]) - touchdown_s - zone[4]["t_s"] >= 0.5, "the early one"
 assert 2.751 - zone[2]["t_s"] < 0.1, "the late one (tests/runs/README.md)"' "$tmp" "$(truth 7 wheel_at_50_mats_t_s)" && [ "$(truth 6 wheel_at_50_mats_t_s)" = -1.000 ]
 }
-sums() { tail -n 8 "$work/told.txt" | tr '\n' ' ' | grep 'The wheel reached a zone in 2 landings: the board warned in time in 1, too late in 1 and not at all in 0. The other landings: 0 with a false warning, 3 correctly quiet'; }
+sums() { # an advice that no landing followed has no row of zeros
+    ! grep -q '<td>clear</td>' "$work/first/report.html" && grep -q 'no landing as planned</dt><dd>with the advice clear, caution</dd>' "$work/first/report.html" &&
+        tail -n 8 "$work/told.txt" | tr '\n' ' ' | grep 'The wheel reached a zone in 2 landings: the board warned in time in 1, too late in 1 and not at all in 0. The other landings: 0 with a false warning, 3 correctly quiet'
+}
 restored() { # landings 6 and 7 began on the runway of landing 5 again: each adds to landing 4 alone, and had the same advice
     [ "$(grep -c 'RUN [45] started on the same runway as RUN 3, restored: the cumulative displacement continues from RUN 2\.' "$work/first/report.html")" = 2 ] &&
         python3 -c 'import json, re, sys
@@ -91,6 +97,7 @@ is_interrupted() { # while the board plays: programs and sockets are gone
 }
 
 check "a day is played, logged, compared and reported" plays
+check "commands of the rig are one line" quiet
 check "it prints where to look" tells
 check "each touchdown is as fast as the run file says" all_measured
 check "it advises against landing 5, and for landing 6" advises
