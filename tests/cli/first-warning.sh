@@ -20,7 +20,7 @@ in_the_log() { grep "^  zone  *warned $want s after touchdown, decided in block 
 short() { # the lines that matter; --all has what show has
     [ "$(wc -l <"$tmp/log.txt")" -le 13 ] && grep -E '^  outcome  *(hit|warned, but too late), lead time about [-0-9.]+ s \(75 % interval: [-0-9.]+ (to [-0-9.]+ s|s or more)\): the board warned [0-9.]+ s after touchdown; the wheel reached 50 closed mats about [0-9.]+ s after touchdown' "$tmp/log.txt" &&
         grep -x "  more  *matrig show $db 1" "$tmp/log.txt" && ! grep -q '^ *transducer' "$tmp/log.txt" &&
-        m --quiet log --all --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/all.db" >"$tmp/all.txt" && m show "$tmp/all.db" 1 | sed 1d | diff - "$tmp/all.txt"
+        m --quiet log --all --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/all.db" >"$tmp/all.txt" && m show "$tmp/all.db" 1 | diff - "$tmp/all.txt"
 }
 in_its_json() {
     m --json --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/json.db" >"$tmp/log.json" || return 1
