@@ -865,7 +865,7 @@ double advise_calibrate_share(double share, bool surveyed)
 
 struct advise_probability advise_compute_probability(size_t events, size_t count, bool surveyed)
 {
-    struct wilson share = wilson_interval(events, count);
+    struct proportion_interval share = compute_proportion_interval(events, count);
     return (struct advise_probability){
         .probability = advise_calibrate_share((double)events / (double)count, surveyed),
         .low = advise_calibrate_share(share.low, surveyed),

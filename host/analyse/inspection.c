@@ -405,7 +405,7 @@ static const struct inspection *find_duplicate_record(const struct inspections *
     return NULL;
 }
 
-static void append(struct inspections *all, const struct store_record *row)
+static void append_record(struct inspections *all, const struct store_record *row)
 {
     struct inspection *entry = &all->entry[all->count];
     struct error none = {0};
@@ -465,7 +465,7 @@ enum mr_status inspection_add(struct store *store, struct inspections *all,
         return inspection_load(store, all, error);
     }
     put.id = all->next_id;
-    append(all, &put);
+    append_record(all, &put);
     return MR_OK;
 }
 
@@ -481,7 +481,7 @@ enum mr_status inspection_load(struct store *store, struct inspections *all, str
     all->folder = realpath(store_path(store), NULL) ?: xstrdup("/");
     strrchr(all->folder, '/')[1] = '\0';
     for (size_t i = 0; i < count; i++)
-        append(all, &rows[i]);
+        append_record(all, &rows[i]);
     free(rows);
     return status;
 }

@@ -93,7 +93,7 @@ static unsigned find_switch_in_gap(const struct measured_landing *measured)
     double last_ft = measured->gate_count ? measured->gate[measured->gate_count - 1].station_ft
                                           : (double)INFINITY;
     for (unsigned p = 0; p < 64; p++) {
-        if (!(measured->fitted_switches & ~measured->seen_switches & 1ull << p) ||
+        if (!(measured->fitted_switches & ~measured->switches_with_edges & 1ull << p) ||
             measured->switch_ft[p] < last_ft ||
             measured->switch_ft[p] > stop->value + 3.0 * stop->error)
             continue;
@@ -114,7 +114,7 @@ static unsigned find_unopened_switch(const struct measured_landing *measured)
     const struct mr_estimate *stop = &measured->summary.stop_station_ft;
     unsigned first = 0, silent = 0;
     for (unsigned p = 0; p < 64; p++)
-        if (measured->fitted_switches & ~measured->seen_switches & 1ull << p &&
+        if (measured->fitted_switches & ~measured->switches_with_edges & 1ull << p &&
             measured->switch_ft[p] > measured->gate[measured->gate_count - 1].station_ft &&
             measured->switch_ft[p] < stop->value - 3.0 * stop->error)
             first = silent++ ? first : p + 1;
@@ -362,7 +362,7 @@ static void find_longest_missing_stretch(const struct measured_landing *measured
                                          struct measured_channel *channel, size_t from)
 {
     size_t begin = from, longest = MEASURED_MEAN_BLOCKS;
-    channel->missing_from = channel->missing_to = 0;
+    channel->missing_start = channel->missing_end = 0;
     if (channel->valid_samples == 0) /* without a valid sample there are no results */
         return;
     for (size_t i = from; i <= measured->samples; i++) {
@@ -370,8 +370,8 @@ static void find_longest_missing_stretch(const struct measured_landing *measured
             continue;
         if (i - begin > longest) {
             longest = i - begin;
-            channel->missing_from = begin;
-            channel->missing_to = i;
+            channel->missing_start = begin;
+            channel->missing_end = i;
         }
         begin = i + 1;
     }

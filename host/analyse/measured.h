@@ -33,8 +33,8 @@
 #define MEASURED_MEAN_BLOCKS        11
 /* length, in blocks, of the mean that is the final value of a channel */
 #define MEASURED_FINAL_MEAN_BLOCKS  200
-#define MEASURED_LOST               255 /* value of `validity`: the block is missing */
-#define MEASURED_NOT_VALID          254 /* value of `validity`: not valid, and CAN gave no reason */
+#define MEASURED_MISSING            255 /* value of `validity`: the block is missing */
+#define MEASURED_INVALID            254 /* value of `validity`: not valid, and CAN gave no reason */
 
 enum measured_source {
     MEASURED_NO_SOURCE,
@@ -56,7 +56,7 @@ struct measured_channel {
     struct mr_channel_config config;
     /* reading of each sample, in inches or pounds; the baseline is not subtracted */
     float *raw;
-    uint8_t *validity;    /* enum mr_validity, MEASURED_LOST or MEASURED_NOT_VALID */
+    uint8_t *validity;    /* enum mr_validity, MEASURED_MISSING or MEASURED_INVALID */
     uint8_t *source;      /* enum measured_source: the source of each sample */
     size_t valid_samples; /* number of samples with MR_VALID */
     double baseline;      /* mean at rest before the first edge; NaN: not known */
@@ -75,8 +75,8 @@ struct measured_channel {
     double peak_error; /* standard error of the peak */
     double high_error, low_error, end_error;
     /* Longest stretch of invalid samples in which a moving mean has no valid sample either: samples
-     * missing_from to missing_to - 1. If both are equal, there is no such stretch. */
-    size_t missing_from, missing_to;
+     * missing_start to missing_end - 1. If both are equal, there is no such stretch. */
+    size_t missing_start, missing_end;
 };
 
 /* Records that were excluded because their time is far from that of the landing. Such records form
@@ -104,11 +104,11 @@ struct measured_landing {
     /* edges of known switches in order of time; times are t_s (see above) */
     struct mr_gate gate[MR_GATES_MAX];
     size_t gate_count;
-    size_t edge_count;        /* number of captured edges, named or not */
-    size_t switch_count;      /* number of fitted switches in the board's table */
-    uint64_t fitted_switches; /* bit p-1: switch p is fitted */
-    uint64_t seen_switches;   /* bit p-1: switch p has an edge */
-    double switch_ft[64];     /* station of switch p at index p-1, for fitted switches */
+    size_t edge_count;            /* number of captured edges, named or not */
+    size_t switch_count;          /* number of fitted switches in the board's table */
+    uint64_t fitted_switches;     /* bit p-1: switch p is fitted */
+    uint64_t switches_with_edges; /* bit p-1: switch p has an edge */
+    double switch_ft[64];         /* station of switch p at index p-1, for fitted switches */
     /* number of edges that the record lacks according to the board's own result */
     size_t missing_edges;
     /* the board's result was received, which shows that no other edges are missing */

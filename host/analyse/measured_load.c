@@ -34,10 +34,10 @@ static void collect_gates(struct measured_landing *measured, const struct store_
         for (size_t p = 0; p < place_count; p++) {
             uint64_t bit = 1ull << ((places[p].position - 1) & 63);
             if (places[p].position < 1 || places[p].position > 64 ||
-                places[p].position != edges[e].position || measured->seen_switches & bit ||
+                places[p].position != edges[e].position || measured->switches_with_edges & bit ||
                 isnan(edges[e].board_us) || measured->gate_count == MR_GATES_MAX)
                 continue;
-            measured->seen_switches |= bit;
+            measured->switches_with_edges |= bit;
             measured->gate[measured->gate_count++] = (struct mr_gate){edges[e].board_us / 1e6,
                                                                       places[p].station_ft};
         }
@@ -245,7 +245,7 @@ static enum mr_status allocate_series(struct measured_landing *measured, int64_t
         channel->validity = xmalloc(measured->samples);
         channel->source = xcalloc(measured->samples, 1);
         channel->stride = 1;
-        memset(channel->validity, MEASURED_LOST, measured->samples);
+        memset(channel->validity, MEASURED_MISSING, measured->samples);
         for (size_t i = 0; i < measured->samples; i++)
             channel->raw[i] = MR_NAN;
     }
@@ -344,7 +344,7 @@ static void fill_sample(struct measured_channel *channel, size_t i, float value,
     channel->stride = blocks;
     channel->phase = (blocks - end % blocks) % blocks;
     channel->raw[i] = value;
-    channel->validity[i] = isnan(value) ? MEASURED_NOT_VALID : MR_VALID;
+    channel->validity[i] = isnan(value) ? MEASURED_INVALID : MR_VALID;
 }
 
 static void fill_from_message(struct measured_landing *measured, const struct message *message)

@@ -39,9 +39,9 @@ struct estimate params_compute_joint_stiffness(struct estimate slope_lb_in_in,
 }
 
 struct estimate params_compute_hinge_stiffness(struct estimate strip_ft_lb_rad,
-                                               struct estimate wider)
+                                               struct estimate width_ratio)
 {
-    const struct estimate factors[] = {strip_ft_lb_rad, wider};
+    const struct estimate factors[] = {strip_ft_lb_rad, width_ratio};
     const double powers[] = {1, 1};
     return multiply_powers(1.0, factors, powers, 2);
 }

@@ -39,10 +39,10 @@ struct params_spring_fit {
 enum mr_status params_fit_spring(const double *x, const double *y, size_t count,
                                  struct params_spring_fit *spring, struct error *error);
 
-/* Computes the rotational stiffness of a joint from that of a strip. `wider`: width of the joint
- * divided by the width of the strip. */
+/* Computes the rotational stiffness of a joint from that of a strip. `width_ratio`: width of the
+ * joint divided by the width of the strip. */
 struct estimate params_compute_hinge_stiffness(struct estimate strip_ft_lb_rad,
-                                               struct estimate wider);
+                                               struct estimate width_ratio);
 
 struct estimate params_compute_mat_area(struct estimate length_ft, struct estimate width_ft);
 

@@ -16,7 +16,7 @@ enum mr_status rig_predict_next_landing(const double *x, const double *y, size_t
         z[i] = squared ? y[i] * y[i] : y[i];
         weight[i] = squared ? 1.0 / z[i] : 1.0;
     }
-    enum mr_status status = line_fit_weighted(x, z, weight, count, &line, error);
+    enum mr_status status = line_fit_with_weights(x, z, weight, count, &line, error);
     free(z);
     if (status != MR_OK)
         return status;

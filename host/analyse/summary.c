@@ -203,7 +203,7 @@ static void add_mean(const struct store_mean *mean, struct answer *answer)
 
 static bool has_missing_samples(const struct measured_channel *channel, enum mr_channel_kind kind)
 {
-    return channel->config.kind == kind && channel->missing_to > channel->missing_from;
+    return channel->config.kind == kind && channel->missing_end > channel->missing_start;
 }
 
 /* Lists the channels for which data is missing in the same time as for channel `c`: "1, 2, 5".
@@ -216,8 +216,8 @@ static bool format_channels_missing_alike(const struct measured_landing *measure
     for (unsigned i = 0; i < MR_CHANNELS; i++) {
         const struct measured_channel *channel = &measured->channel[i];
         if (!has_missing_samples(channel, first->config.kind) ||
-            channel->missing_from != first->missing_from ||
-            channel->missing_to != first->missing_to)
+            channel->missing_start != first->missing_start ||
+            channel->missing_end != first->missing_end)
             continue;
         if (i < c)
             return false;
@@ -257,8 +257,8 @@ static void add_missing_samples(const struct measured_landing *measured, enum mr
         answer_add_sentence(answer, NULL,
                             "Readings are missing from %.3f to %.3f s (%s%s %s): peaks in this "
                             "interval are missed, and the stated errors do not include that.",
-                            measured_time_s(measured, channel->missing_from),
-                            measured_time_s(measured, channel->missing_to),
+                            measured_time_s(measured, channel->missing_start),
+                            measured_time_s(measured, channel->missing_end),
                             kind == MR_KIND_TENSION ? "gage" : "transducer",
                             strpbrk(numbers, " ") ? "s" : "", numbers);
     }
@@ -532,11 +532,11 @@ void summary_format_switches(const struct measured_landing *measured, char *out,
     int length = all ? snprintf(out, size, "all %zu seen", seen)
                      : snprintf(out, size, "%zu of %zu seen", seen, measured->switch_count);
     const char *before = ", missing ";
-    uint64_t unseen = measured->fitted_switches & ~measured->seen_switches;
+    uint64_t unseen = measured->fitted_switches & ~measured->switches_with_edges;
     /* do not count the switches beyond the last one with an edge: the gear may have stopped before
      * them */
-    unsigned last = measured->seen_switches
-                      ? 63u - (unsigned)__builtin_clzll(measured->seen_switches)
+    unsigned last = measured->switches_with_edges
+                      ? 63u - (unsigned)__builtin_clzll(measured->switches_with_edges)
                       : 63u;
     uint64_t beyond = last < 63 ? unseen >> (last + 1) << (last + 1) : 0;
     for (size_t p = 0; p < 64 && length > 0 && (size_t)length < size; p++) {
@@ -759,12 +759,12 @@ static void add_channel(const struct measured_landing *measured,
     answer_add_estimate(answer, "end", "at the end", unit, channel->end, channel->end_error,
                         decimals)
         ->digits = 9;
-    if (channel->missing_to > channel->missing_from) {
+    if (channel->missing_end > channel->missing_start) {
         answer_add_value(answer, "missing_from", NULL, UNIT_TIME,
-                         measured_time_s(measured, channel->missing_from), 3)
+                         measured_time_s(measured, channel->missing_start), 3)
             ->digits = 9;
         answer_add_value(answer, "missing_to", NULL, UNIT_TIME,
-                         measured_time_s(measured, channel->missing_to), 3)
+                         measured_time_s(measured, channel->missing_end), 3)
             ->digits = 9;
     }
     answer_add_value(answer, "valid_fraction", NULL, UNIT_NUMBER, valid, 3);

@@ -13,7 +13,7 @@
 #define MAX_HALF_POWER 6
 
 /* The station and its derivatives by time. */
-enum { STATION, SPEED, ACCELERATION, QUANTITIES };
+enum { TRACK_STATION, TRACK_SPEED, TRACK_ACCELERATION, TRACK_QUANTITY_COUNT };
 
 /* Returns the covariance of the station at two times since the first gate, for q = 1: the integral
  * over u of (s - u)^2 (t - u)^2 / 4. */
@@ -26,7 +26,7 @@ static double compute_covariance(double a_s, double b_s)
 /* The terms of the parabola and their derivatives by time. */
 static double compute_parabola_term(int quantity, double t_s, size_t n)
 {
-    const double term[QUANTITIES][PARABOLA_TERMS] = {
+    const double term[TRACK_QUANTITY_COUNT][PARABOLA_TERMS] = {
         {1.0, t_s, t_s * t_s}, {0.0, 1.0, 2.0 * t_s}, {0.0, 0.0, 2.0}};
     return term[quantity][n];
 }
@@ -44,7 +44,8 @@ static size_t fill_kriging_matrix(const struct track *track, const struct track_
         system[i][i] += track->gate_error_ft * track->gate_error_ft +
                         model->ripple_deviation_ft * model->ripple_deviation_ft;
         for (size_t p = 0; p < PARABOLA_TERMS; p++)
-            system[i][n + p] = system[n + p][i] = compute_parabola_term(STATION, track->t_s[i], p);
+            system[i][n + p] = system[n + p][i] = compute_parabola_term(TRACK_STATION,
+                                                                        track->t_s[i], p);
     }
     return n + PARABOLA_TERMS;
 }
@@ -168,9 +169,9 @@ static double compute_gate_covariance(int quantity, double gate_s, double t_s)
 {
     double left_s = fmax(0.0, gate_s - t_s),
            cubes = gate_s * gate_s * gate_s - left_s * left_s * left_s;
-    if (quantity == STATION)
+    if (quantity == TRACK_STATION)
         return compute_covariance(gate_s, t_s);
-    if (quantity == ACCELERATION)
+    if (quantity == TRACK_ACCELERATION)
         return cubes / 6.0;
     double fourths = pow(gate_s, 4.0) - pow(left_s, 4.0);
     return fourths / 8.0 + (t_s - gate_s) * cubes / 6.0;
@@ -178,9 +179,9 @@ static double compute_gate_covariance(int quantity, double gate_s, double t_s)
 
 static double compute_prior_variance(int quantity, double t_s)
 {
-    return quantity == STATION ? compute_covariance(t_s, t_s)
-         : quantity == SPEED   ? t_s * t_s * t_s / 3.0
-                               : t_s;
+    return quantity == TRACK_STATION ? compute_covariance(t_s, t_s)
+         : quantity == TRACK_SPEED   ? t_s * t_s * t_s / 3.0
+                                     : t_s;
 }
 
 /* Covariances of a quantity at a time with the gates, and the terms of the parabola. */
@@ -208,9 +209,9 @@ static double predict_variance(const struct track *track, const struct track_mod
      * speed between two gates. */
     double ripple = 0.0,
            spacing_s = track->t_s[track->gate_count - 1] / (double)(track->gate_count - 1);
-    if (quantity == STATION)
+    if (quantity == TRACK_STATION)
         ripple = model->ripple_deviation_ft;
-    else if (quantity == SPEED)
+    else if (quantity == TRACK_SPEED)
         ripple = hypot(M_PI * model->ripple_deviation_ft, sqrt(2.0) * track->gate_error_ft) /
                  spacing_s;
     return fmax(variance, 0.0) + ripple * ripple;
@@ -235,11 +236,11 @@ static double compute_error(const struct model_sums *sums)
 }
 
 /* Predicts a quantity between the first and the last gate (without `with_error`: error 0). */
-static struct mr_estimate predict(const struct track *track, int quantity, double t_s,
-                                  bool with_error)
+static struct mr_estimate predict_quantity(const struct track *track, int quantity, double t_s,
+                                           bool with_error)
 {
     const double since_s = t_s - track->first_gate.t_s,
-                 reference = quantity == STATION ? track->station_ft[0] : 0.0;
+                 reference = quantity == TRACK_STATION ? track->station_ft[0] : 0.0;
     struct model_sums sums = {0};
     double side[TRACK_MATRIX_SIZE];
     for (size_t m = 0; m < track->model_count; m++) {
@@ -256,8 +257,8 @@ static struct mr_estimate predict(const struct track *track, int quantity, doubl
 
 static struct track_moment make_gate_moment(const struct track *track, double t_s)
 {
-    return (struct track_moment){t_s, predict(track, STATION, t_s, true),
-                                 predict(track, SPEED, t_s, true)};
+    return (struct track_moment){t_s, predict_quantity(track, TRACK_STATION, t_s, true),
+                                 predict_quantity(track, TRACK_SPEED, t_s, true)};
 }
 
 /* Returns the standard error due to the rise of the brake (common/gates.h: delay d, shape k), which
@@ -369,7 +370,7 @@ static bool is_between_gates(const struct track *track, double t_s)
 
 double track_station_ft(const struct track *track, double t_s)
 {
-    return is_between_gates(track, t_s) ? predict(track, STATION, t_s, false).value
+    return is_between_gates(track, t_s) ? predict_quantity(track, TRACK_STATION, t_s, false).value
                                         : extrapolate_moment(track, t_s).station_ft.value;
 }
 
@@ -377,13 +378,13 @@ struct mr_estimate track_compute_station(const struct track *track, double t_s)
 {
     if (!track->has_gates)
         return (struct mr_estimate){(double)NAN, (double)NAN};
-    return is_between_gates(track, t_s) ? predict(track, STATION, t_s, true)
+    return is_between_gates(track, t_s) ? predict_quantity(track, TRACK_STATION, t_s, true)
                                         : extrapolate_moment(track, t_s).station_ft;
 }
 
 struct mr_estimate track_compute_speed(const struct track *track, double t_s)
 {
-    return is_between_gates(track, t_s) ? predict(track, SPEED, t_s, true)
+    return is_between_gates(track, t_s) ? predict_quantity(track, TRACK_SPEED, t_s, true)
                                         : extrapolate_moment(track, t_s).speed_ft_s;
 }
 
@@ -391,7 +392,7 @@ struct mr_estimate track_compute_deceleration(const struct track *track, double 
 {
     if (!track->has_gates || t_s < track->first_gate.t_s || t_s > track->last_gate.t_s)
         return (struct mr_estimate){(double)NAN, (double)NAN};
-    struct mr_estimate a = predict(track, ACCELERATION, t_s, true);
+    struct mr_estimate a = predict_quantity(track, TRACK_ACCELERATION, t_s, true);
     return (struct mr_estimate){-a.value, a.error};
 }
 
@@ -399,8 +400,8 @@ struct mr_estimate track_compute_residual_ft(const struct track *track, size_t g
 {
     struct model_sums sums = {0};
     for (size_t m = 0; m < track->model_count; m++) {
-        /* predict the gate from the other gates, using the inverse of the matrix of all gates
-         * (Dubrule 1983) */
+        /* predict_quantity the gate from the other gates, using the inverse of the matrix of all
+         * gates (Dubrule 1983) */
         const struct track_model *model = &track->model[m];
         const double own = model->inverse[gate][gate];
         add_model(&sums, model->weight, model->factor_ft[gate] / own, 1.0 / own);

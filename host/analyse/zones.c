@@ -141,8 +141,8 @@ static struct zones_completeness compute_completeness(const struct measured_land
         return received;
     received.first_s = measured_block_time_s(measured, row[0].block);
     received.last_s = measured_block_time_s(measured, row[count - 1].block);
-    received.begins_late = landing->armed_block == STORE_NONE ||
-                           row[0].block - landing->armed_block > PAUSE_MAX_BLOCKS;
+    received.is_first_message_late = landing->armed_block == STORE_NONE ||
+                                     row[0].block - landing->armed_block > PAUSE_MAX_BLOCKS;
     for (size_t i = 1; i < count; i++) {
         if (row[i].block - row[i - 1].block <= longest)
             continue;
@@ -171,21 +171,21 @@ void zones_free(struct zones *zones)
     free(zones->row);
 }
 
-enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_slack *closure,
+enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_slack *slack,
                                  struct error *error)
 {
     struct store_segment *rows;
     size_t count;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
-        closure->slack_in[s] = MR_NAN;
-    closure->surveyed_segment_count = 0;
+        slack->slack_in[s] = MR_NAN;
+    slack->surveyed_segment_count = 0;
     enum mr_status status = store_segments_get(store, run, &rows, &count, error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         if (rows[i].segment < 0 || rows[i].segment >= (int64_t)MR_SEGMENTS ||
             isnan(rows[i].slack_in))
             continue;
-        closure->slack_in[rows[i].segment] = (float)rows[i].slack_in;
-        closure->surveyed_segment_count++;
+        slack->slack_in[rows[i].segment] = (float)rows[i].slack_in;
+        slack->surveyed_segment_count++;
     }
     free(rows);
     return status;
@@ -232,7 +232,7 @@ void zones_find_longest_zone(const float *slack_in, const float *remaining_in, d
 }
 
 void zones_compute_remaining_slack(const struct measured_landing *measured,
-                                   const struct zones_slack *closure, size_t sample,
+                                   const struct zones_slack *slack, size_t sample,
                                    float remaining_in[MR_SEGMENTS])
 {
     struct mr_closure_zone ignored; /* found with the board's limit */
@@ -250,7 +250,7 @@ void zones_compute_remaining_slack(const struct measured_landing *measured,
     struct mr_closure_input input = {
         .station_ft = station_ft,
         .displacement_in = displacement_in,
-        .slack_in = closure->slack_in,
+        .slack_in = slack->slack_in,
         .wheel_ft = (float)measured_station_ft(measured, t_s),
     };
     mr_closure_find_zone(&input, &ignored, remaining_in);
@@ -378,21 +378,21 @@ static void add_warning_status(const struct zones *zones, struct answer *answer)
             ->is_warning = true;
 }
 
-void zones_add_warning_status(const struct zones *zones, bool watched, struct answer *answer)
+void zones_add_warning_status(const struct zones *zones, bool has_board, struct answer *answer)
 {
-    if (watched)
+    if (has_board)
         add_warning_status(zones, answer);
     else
         answer_add_text(answer, NULL, "zone",
                         "no board was recording: the readings are from another instrument");
 }
 
-void zones_to_answer(const struct zones *zones, bool watched, struct answer *answer)
+void zones_to_answer(const struct zones *zones, bool has_board, struct answer *answer)
 {
     const struct zone_warning *w = &zones->warning;
     const struct zones_completeness *received = &zones->received;
     char doubt[ZONES_REASON_SIZE];
-    zones_add_warning_status(zones, watched, answer);
+    zones_add_warning_status(zones, has_board, answer);
     bool first = !zones_format_earlier_warning_reason(zones, doubt);
     answer_open_group(answer, "zone",
                       !w->has_warning ? NULL
@@ -400,7 +400,7 @@ void zones_to_answer(const struct zones *zones, bool watched, struct answer *ans
                               : "first warning that was received (+- is one standard error)");
     answer_add_flag(answer, "warned", NULL, w->has_warning);
     answer_add_flag(answer, "all_heard", NULL,
-                    watched &&
+                    has_board &&
                         !zones_format_missed_warning_reason(received, (double)INFINITY, doubt));
     answer_add_value(answer, "unheard_from", NULL, UNIT_TIME, received->pause_from_s, 3)->digits =
         9;
@@ -425,7 +425,7 @@ bool zones_format_missed_warning_reason(const struct zones_completeness *receive
         append_reason(out, "the record has no zone messages from the board");
         return true;
     }
-    if (received->begins_late) {
+    if (received->is_first_message_late) {
         snprintf(text, sizeof text, "no zone messages until %s",
                  format_moment(received->first_s, received->origin, when));
         append_reason(out, text);

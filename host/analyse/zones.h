@@ -15,7 +15,7 @@
 struct zones_completeness {
     bool has_messages; /* at least one zone message was received */
     /* the first message was received late, because the record begins after arming */
-    bool begins_late;
+    bool is_first_message_late;
     bool has_end;
     double first_s, last_s;
     double pause_from_s, pause_to_s; /* longest pause between two zone messages; NaN: none */
@@ -77,17 +77,17 @@ struct zones {
 enum mr_status zones_load(struct store *store, const struct measured_landing *measured,
                           struct zones *zones, struct error *error);
 void zones_free(struct zones *zones);
-/* Adds the first warning. `watched`: a board was connected that could have
+/* Adds the first warning. `has_board`: a board was connected that could have
  * warned. */
-void zones_to_answer(const struct zones *zones, bool watched, struct answer *answer);
+void zones_to_answer(const struct zones *zones, bool has_board, struct answer *answer);
 /* Adds whether and when the board warned, only as text. */
-void zones_add_warning_status(const struct zones *zones, bool watched, struct answer *answer);
+void zones_add_warning_status(const struct zones *zones, bool has_board, struct answer *answer);
 /* Writes the reason why a warning before the first recorded one may have been missed. Returns false
  * if there is no reason, or no warning. */
 bool zones_format_earlier_warning_reason(const struct zones *zones, char out[ZONES_REASON_SIZE]);
 double zones_time_s(const struct measured_landing *measured, const struct store_zone *zone);
-/* Finds the message of the predictor for a block, which has the errors of the zone reported for that
- * block. NULL: there is none. */
+/* Finds the message of the predictor for a block, which has the errors of the zone reported for
+ * that block. NULL: there is none. */
 const struct store_prediction *zones_find_prediction(const struct store_prediction *row,
                                                      size_t count, int64_t block);
 
@@ -96,7 +96,7 @@ struct zones_slack {
     float slack_in[MR_SEGMENTS];
     size_t surveyed_segment_count; /* number of segments with a slack */
 };
-enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_slack *closure,
+enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_slack *slack,
                                  struct error *error);
 
 /* A segment counts as closed if its remaining slack is below this limit, in inches: nine joints
@@ -119,7 +119,7 @@ void zones_find_longest_zone(const float *slack_in, const float *remaining_in, d
                              double within_ft, struct mr_closure_zone *zone);
 /* Computes the remaining slack of each segment at a sample of the landing; NaN: not surveyed. */
 void zones_compute_remaining_slack(const struct measured_landing *measured,
-                                   const struct zones_slack *closure, size_t sample,
+                                   const struct zones_slack *slack, size_t sample,
                                    float remaining_in[MR_SEGMENTS]);
 
 /* Inputs of the board's predictor in a landing: the runway with which it began, and inputs that

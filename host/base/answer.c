@@ -400,8 +400,8 @@ static const struct answer_item *find_cell(const struct answer *answer, size_t r
 
 /* Formats line `line` of a column head: the parts of the label, then the unit. Returns false if the
  * line is empty. */
-static bool format_head_line(const struct answer_item *column, size_t line, size_t lines,
-                             char text[static CELL_TEXT_SIZE])
+static bool format_heading_line(const struct answer_item *column, size_t line, size_t lines,
+                                char text[static CELL_TEXT_SIZE])
 {
     const char *part = column->label;
     size_t parts = 1, unit = column->unit && column->unit->text[0];
@@ -419,7 +419,7 @@ static bool format_head_line(const struct answer_item *column, size_t line, size
     return true;
 }
 
-static size_t count_head_lines(const struct answer_item *column)
+static size_t count_heading_lines(const struct answer_item *column)
 {
     size_t lines = column->unit && column->unit->text[0] ? 2 : 1;
     for (const char *at = column->label; (at = strchr(at, '|')); at++)
@@ -427,13 +427,13 @@ static size_t count_head_lines(const struct answer_item *column)
     return lines;
 }
 
-static size_t column_width(const struct answer *answer, size_t table,
-                           const struct answer_item *column)
+static size_t compute_column_width(const struct answer *answer, size_t table,
+                                   const struct answer_item *column)
 {
     char text[CELL_TEXT_SIZE];
-    size_t width = 1, lines = count_head_lines(column), end = index_after_item(answer, table);
+    size_t width = 1, lines = count_heading_lines(column), end = index_after_item(answer, table);
     for (size_t line = 0; line < lines; line++) {
-        format_head_line(column, line, lines, text);
+        format_heading_line(column, line, lines, text);
         size_t head = text_count_characters(text, strlen(text));
         width = head > width ? head : width;
     }
@@ -484,13 +484,13 @@ static void print_column_block(const struct answer *answer, size_t table,
     char text[CELL_TEXT_SIZE];
     size_t lines = 0, end = index_after_item(answer, table);
     for (size_t c = 0; c < block->count; c++) {
-        size_t own = count_head_lines(block->column[c]);
+        size_t own = count_heading_lines(block->column[c]);
         lines = own > lines ? own : lines;
     }
     for (size_t line = 0; line < lines; line++) {
         size_t owed = indent;
         for (size_t c = 0; c < block->count; c++) {
-            format_head_line(block->column[c], line, lines, text);
+            format_heading_line(block->column[c], line, lines, text);
             print_padded(text, block->width[c], is_left_aligned(block->column[c]), &owed, out);
         }
         fputc('\n', out);
@@ -517,7 +517,7 @@ static void print_table(const struct answer *answer, size_t table, size_t indent
     size_t used = indent;
     while (done < columns) {
         const struct answer_item *column = &answer->item[index[done]];
-        size_t width = column_width(answer, table, column);
+        size_t width = compute_column_width(answer, table, column);
         if (block.count > 1 && used + 2 + width > TERMINAL_COLUMNS) {
             /* Print the columns so far. The remaining columns follow in a new table below, with the
              * first column repeated. */
@@ -551,7 +551,7 @@ static void print_value(const struct answer_item *item, const char *label, int i
 }
 
 /* Returns the width of the label column, which groups without a heading share. */
-static size_t label_width(const struct answer *answer, size_t from, size_t to)
+static size_t compute_label_width(const struct answer *answer, size_t from, size_t to)
 {
     size_t labels = LABEL_WIDTH_MIN;
     for (size_t i = from; i < to; i = index_after_item(answer, i)) {
@@ -560,7 +560,7 @@ static size_t label_width(const struct answer *answer, size_t from, size_t to)
         if (item->label && !opens_group(item->kind))
             width = text_count_characters(item->label, strlen(item->label));
         else if (item->label && item->kind != ANSWER_OPEN_TABLE && !item->label[0])
-            width = label_width(answer, i + 1, index_after_item(answer, i));
+            width = compute_label_width(answer, i + 1, index_after_item(answer, i));
         labels = width > labels ? width : labels;
     }
     return labels;
@@ -581,7 +581,8 @@ static void print_items(const struct answer *answer, size_t from, size_t to, int
         if (group && item->kind == ANSWER_OPEN_TABLE)
             print_table(answer, i, (size_t)indent, out);
         else if (group && item->label[0])
-            print_items(answer, i + 1, end, indent + 2, label_width(answer, i + 1, end), out);
+            print_items(answer, i + 1, end, indent + 2, compute_label_width(answer, i + 1, end),
+                        out);
         else if (group)
             print_items(answer, i + 1, end, indent, labels, out);
         else
@@ -593,12 +594,12 @@ static void print_items(const struct answer *answer, size_t from, size_t to, int
 
 bool answer_print_text(const struct answer *answer, FILE *out)
 {
-    print_items(answer, 0, answer->count, 0, label_width(answer, 0, answer->count), out);
+    print_items(answer, 0, answer->count, 0, compute_label_width(answer, 0, answer->count), out);
     return !ferror(out);
 }
 
 /* ---- JSON answer ---- */
-static void put_value(json_t *group, const char *name, json_t *value)
+static void set_json_value(json_t *group, const char *name, json_t *value)
 {
     if (json_is_array(group))
         json_array_append_new(group, value);
@@ -609,72 +610,72 @@ static void put_value(json_t *group, const char *name, json_t *value)
 }
 
 /* Stores the number under the key NAME_suffix, or NAME_error_suffix for its standard error. */
-static void put_number(json_t *group, const struct answer_item *item, const char *what,
-                       double value)
+static void set_json_number(json_t *group, const struct answer_item *item, const char *what,
+                            double value)
 {
     char key[120];
     const char *suffix = item->json_unit->suffix;
     snprintf(key, sizeof key, "%s%s%s%s", item->name ? item->name : "", what, suffix[0] ? "_" : "",
              suffix);
-    put_value(group, item->name ? key : NULL, cli_json_number(value, item->style.digits));
+    set_json_value(group, item->name ? key : NULL, cli_json_number(value, item->style.digits));
 }
 
-static void put_items(const struct answer *answer, size_t from, size_t to, json_t *group);
+static void set_json_items(const struct answer *answer, size_t from, size_t to, json_t *group);
 
-static void put_group(const struct answer *answer, size_t i, json_t *group)
+static void set_json_group(const struct answer *answer, size_t i, json_t *group)
 {
     const struct answer_item *item = &answer->item[i];
     if (!item->name && !json_is_array(group)) {
         /* The heading is only for printed text. In the JSON its facts belong to the enclosing
          * object. */
-        put_items(answer, i + 1, index_after_item(answer, i), group);
+        set_json_items(answer, i + 1, index_after_item(answer, i), group);
         return;
     }
     json_t *inner = item->kind == ANSWER_OPEN_GROUP ? json_object() : json_array();
-    put_items(answer, i + 1, index_after_item(answer, i), inner);
-    put_value(group, item->name, inner);
+    set_json_items(answer, i + 1, index_after_item(answer, i), inner);
+    set_json_value(group, item->name, inner);
 }
 
-static void put_item(const struct answer_item *item, json_t *group)
+static void set_json_item(const struct answer_item *item, json_t *group)
 {
     if (!item->name && !json_is_array(group))
         return;
     switch (item->kind) {
     case ANSWER_ESTIMATE:
-        put_number(group, item, "", item->json_value);
-        put_number(group, item, "_error", item->json_error);
+        set_json_number(group, item, "", item->json_value);
+        set_json_number(group, item, "_error", item->json_error);
         break;
-    case ANSWER_VALUE: put_number(group, item, "", item->json_value); break;
+    case ANSWER_VALUE: set_json_number(group, item, "", item->json_value); break;
     case ANSWER_COUNT:
-        put_value(group, item->name,
-                  item->count == ANSWER_COUNT_UNKNOWN ? json_null()
-                                                      : json_integer((json_int_t)item->count));
+        set_json_value(group, item->name,
+                       item->count == ANSWER_COUNT_UNKNOWN ? json_null()
+                                                           : json_integer((json_int_t)item->count));
         break;
-    case ANSWER_FLAG: put_value(group, item->name, json_boolean(item->count)); break;
+    case ANSWER_FLAG: set_json_value(group, item->name, json_boolean(item->count)); break;
     case ANSWER_TEXT:
-    case ANSWER_SENTENCE: put_value(group, item->name, json_string(item->words)); break;
-    case ANSWER_MISSING_VALUE: put_value(group, item->name, json_null()); break;
-    case ANSWER_JSON: put_value(group, item->name, json_incref(item->json)); break;
+    case ANSWER_SENTENCE: set_json_value(group, item->name, json_string(item->words)); break;
+    case ANSWER_MISSING_VALUE: set_json_value(group, item->name, json_null()); break;
+    case ANSWER_JSON: set_json_value(group, item->name, json_incref(item->json)); break;
     default: break;
     }
 }
 
-static void put_items(const struct answer *answer, size_t from, size_t to, json_t *group)
+static void set_json_items(const struct answer *answer, size_t from, size_t to, json_t *group)
 {
     for (size_t i = from; i < to; i = index_after_item(answer, i)) {
         if (opens_group(answer->item[i].kind))
-            put_group(answer, i, group);
+            set_json_group(answer, i, group);
         else if (answer->item[i].kind == ANSWER_CLOSE_GROUP)
             break;
         else
-            put_item(&answer->item[i], group);
+            set_json_item(&answer->item[i], group);
     }
 }
 
 json_t *answer_make_json(const struct answer *answer)
 {
     json_t *object = json_object();
-    put_items(answer, 0, answer->count, object);
+    set_json_items(answer, 0, answer->count, object);
     return object;
 }
 

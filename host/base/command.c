@@ -18,7 +18,7 @@ struct parser {
     bool is_given[COMMAND_PARTS_MAX];
 };
 
-static void *value_address(const struct parser *p, const struct command_option *option)
+static void *get_value_address(const struct parser *p, const struct command_option *option)
 {
     return p->values + option->offset;
 }
@@ -151,7 +151,7 @@ static enum mr_status read_number(const struct parser *p, const struct command_o
         return error_set(error, MR_USAGE, "out of range: %s for %s; allowed: %g to %g%s%s", text,
                          option->name, quantity_convert(option->low, unit, bare),
                          quantity_convert(option->high, unit, bare), *bare ? " " : "", bare);
-    *(double *)value_address(p, option) = number;
+    *(double *)get_value_address(p, option) = number;
     return MR_OK;
 }
 
@@ -166,7 +166,7 @@ static enum mr_status read_integer(const struct parser *p, const struct command_
                            "not a whole number: '%s' for %s; write digits such as %g", text,
                            option->name, fmax(option->low, 4.0));
     if (status == MR_OK)
-        *(int64_t *)value_address(p, option) = (int64_t)number;
+        *(int64_t *)get_value_address(p, option) = (int64_t)number;
     return status;
 }
 
@@ -174,7 +174,7 @@ static enum mr_status read_run(const struct parser *p, const struct command_opti
                                const char *text, struct error *error)
 {
     struct error why = {0};
-    if (parse_run(text, value_address(p, option), &why) != MR_OK)
+    if (parse_run(text, get_value_address(p, option), &why) != MR_OK)
         return error_set(error, why.status,
                          "not a RUN: '%s' for %s; write the whole number of a landing, from 1",
                          text, option->name);
@@ -201,7 +201,7 @@ static enum mr_status read_choice(const struct parser *p, const struct command_o
     char all[160], suggestion[SPELL_SUGGEST_TEXT_SIZE];
     struct spell_suggest near;
     if (spell_suggest_add_choices(&near, text, option->choices)) {
-        *(const char **)value_address(p, option) = text;
+        *(const char **)get_value_address(p, option) = text;
         return MR_OK;
     }
     format_choices(option->choices, all, sizeof all);
@@ -237,7 +237,7 @@ static enum mr_status store_value(const struct parser *p, const struct command_o
 {
     switch (option->kind) {
     case OPTION_IS_TEXT:
-        *(const char **)value_address(p, option) = text;
+        *(const char **)get_value_address(p, option) = text;
         return check_extension(option, text, error);
     case OPTION_IS_NUMBER: return read_number(p, option, text, error);
     case OPTION_IS_INTEGER: return read_integer(p, option, text, error);
@@ -252,9 +252,9 @@ static void set_defaults(const struct parser *p)
     for (size_t i = 0; i < p->command->part_count; i++) {
         const struct command_option *option = &p->command->parts[i].option;
         if (option->kind == OPTION_IS_NUMBER)
-            *(double *)value_address(p, option) = option->default_value;
+            *(double *)get_value_address(p, option) = option->default_value;
         else if (option->kind == OPTION_IS_INTEGER || option->kind == OPTION_IS_RUN)
-            *(int64_t *)value_address(p, option) = (int64_t)option->default_value;
+            *(int64_t *)get_value_address(p, option) = (int64_t)option->default_value;
     }
 }
 
@@ -272,7 +272,7 @@ static enum mr_status read_option(struct parser *p, int argc, char **argv, int *
             return error_set(error, MR_USAGE,
                              "option takes no value: '%s' of %s; leave the value out", argv[*at],
                              p->name);
-        *(bool *)value_address(p, option) = true;
+        *(bool *)get_value_address(p, option) = true;
         return MR_OK;
     }
     if (p->is_given[i])

@@ -14,18 +14,18 @@
 #define PI_2_PART_2 6.077100506506192e-11
 
 /* Evaluates c[0] + c[1] x + ... */
-static double polynomial(double x, const double *c, size_t count)
+static double evaluate_polynomial(double x, const double *c, size_t count)
 {
     double sum = c[count - 1];
     for (size_t i = count - 1; i-- > 0;)
         sum = sum * x + c[i];
     return sum;
 }
-#define POLYNOMIAL(x, c) polynomial(x, c, sizeof(c) / sizeof(c)[0])
+#define EVALUATE_POLYNOMIAL(x, c) evaluate_polynomial(x, c, sizeof(c) / sizeof(c)[0])
 
 /* Reduces x to k log 2 + r with |r| at most half of log 2; returns e^r - 1 from its series up to
  * r^13. */
-static double reduced_expm1(double x, int *k)
+static double compute_reduced_expm1(double x, int *k)
 {
     static const double c[] = {1.0 / 2,       1.0 / 6,        1.0 / 24,        1.0 / 120,
                                1.0 / 720,     1.0 / 5040,     1.0 / 40320,     1.0 / 362880,
@@ -33,7 +33,7 @@ static double reduced_expm1(double x, int *k)
     double n = fabs(x) < 0.34 ? 0.0 : floor(x * LOG2_E + 0.5);
     double high = x - n * LN2_HIGH, low = n * LN2_LOW, r = high - low;
     *k = (int)n;
-    return r + (r * r * POLYNOMIAL(r, c) + ((high - r) - low));
+    return r + (r * r * EVALUATE_POLYNOMIAL(r, c) + ((high - r) - low));
 }
 
 double elementary_exp(double x)
@@ -43,7 +43,7 @@ double elementary_exp(double x)
         return x + (x > 0.0 ? (double)INFINITY : 0.0);
     if (x < -746.0)
         return 0.0;
-    double e = reduced_expm1(x, &k);
+    double e = compute_reduced_expm1(x, &k);
     return ldexp(1.0 + e, k);
 }
 
@@ -54,7 +54,7 @@ double elementary_expm1(double x)
         return x + (x > 0.0 ? (double)INFINITY : 0.0);
     if (x < -40.0)
         return -1.0;
-    double e = reduced_expm1(x, &k);
+    double e = compute_reduced_expm1(x, &k);
     if (k == 0)
         return x == 0.0 ? x : e;
     return k > 60 ? ldexp(1.0 + e, k) : ldexp(e, k) + (ldexp(1.0, k) - 1.0);
@@ -78,7 +78,7 @@ double elementary_log(double x)
     }
     double f = m - 1.0, s = f / (2.0 + f), z = s * s, half = 0.5 * f * f;
     /* computed as 2 s = f - s f, in which the rounding error of s cancels */
-    double rest = s * (half + 2.0 * z * POLYNOMIAL(z, c));
+    double rest = s * (half + 2.0 * z * EVALUATE_POLYNOMIAL(z, c));
     return k * LN2_HIGH - ((half - (rest + k * LN2_LOW)) - f);
 }
 
@@ -106,8 +106,8 @@ static int reduce_to_quadrant(double x, double *sine, double *cosine)
     double high = x - n * PI_2_PART_1, low = n * PI_2_PART_2, r = high - low,
            lost = (high - r) - low;
     double z = r * r, half = 0.5 * z, one = 1.0 - half;
-    *sine = r == 0.0 ? r : r + (r * z * POLYNOMIAL(z, s) + lost * one);
-    *cosine = one + (((1.0 - one) - half) + (z * z * POLYNOMIAL(z, c) - r * lost));
+    *sine = r == 0.0 ? r : r + (r * z * EVALUATE_POLYNOMIAL(z, s) + lost * one);
+    *cosine = one + (((1.0 - one) - half) + (z * z * EVALUATE_POLYNOMIAL(z, c) - r * lost));
     return (int)fmod(fmod(n, 4.0) + 4.0, 4.0);
 }
 
@@ -131,29 +131,29 @@ double elementary_tan(double x)
     return reduce_to_quadrant(x, &s, &c) % 2 == 0 ? s / c : -c / s;
 }
 
-/* Returns (asin(x)/x - 1)/x^2 as a polynomial in z = x^2, fitted at the Chebyshev points of 0 to
- * 1/4, accurate to 1.5e-17. For larger x the caller uses asin(x) = pi/2 - 2 asin(sqrt((1 -
+/* Returns (asin(x)/x - 1)/x^2 as a evaluate_polynomial in z = x^2, fitted at the Chebyshev points
+ * of 0 to 1/4, accurate to 1.5e-17. For larger x the caller uses asin(x) = pi/2 - 2 asin(sqrt((1 -
  * x)/2)). */
-static double asin_correction(double z)
+static double compute_asin_correction(double z)
 {
     static const double c[] = {0.16666666666666669,  0.07499999999998433,  0.04464285714635543,
                                0.030381944138531247, 0.02237217294214989,  0.017352392720869973,
                                0.013971212973552933, 0.011479177415184906, 0.01032281435018578,
                                0.005457506718640358, 0.01740087944269402,  -0.014851887071247204,
                                0.028757851367421566};
-    return z * POLYNOMIAL(z, c);
+    return z * EVALUATE_POLYNOMIAL(z, c);
 }
 
 double elementary_asin(double x)
 {
     double size = fabs(x);
     if (size <= 0.5)
-        return x + x * asin_correction(x * x);
+        return x + x * compute_asin_correction(x * x);
     if (!(size <= 1.0))
         return (double)NAN;
     double z = 0.5 * (1.0 - size), root = sqrt(z);
     double head = (double)(float)root, tail = size < 1.0 ? (z - head * head) / (root + head) : 0.0;
-    double rest = 2.0 * root * asin_correction(z) - (PI_2_LOW - 2.0 * tail);
+    double rest = 2.0 * root * compute_asin_correction(z) - (PI_2_LOW - 2.0 * tail);
     return copysign(PI_2 / 2.0 - (rest - (PI_2 / 2.0 - 2.0 * head)), x);
 }
 
@@ -164,7 +164,7 @@ double elementary_acos(double x)
     if (!(fabs(x) <= 1.0))
         return (double)NAN;
     double z = 0.5 * (1.0 - fabs(x)), root = sqrt(z),
-           angle = 2.0 * (root + root * asin_correction(z));
+           angle = 2.0 * (root + root * compute_asin_correction(z));
     return x > 0.0 ? angle : 2.0 * PI_2 - (angle - 2.0 * PI_2_LOW);
 }
 

@@ -199,7 +199,7 @@ void help_for_each_part(const struct command *command,
 }
 
 /* Prints the text with {low}, {high} and {standard} replaced by numbers. */
-static void put_text(FILE *out, const struct command_part *part)
+static void write_text(FILE *out, const struct command_part *part)
 {
     const struct command_option *option = &part->option;
     const struct {
@@ -222,7 +222,7 @@ static void put_text(FILE *out, const struct command_part *part)
 }
 
 /* Prints the unit that applies to a number without a unit. */
-static void put_unit(FILE *out, const struct command_option *option)
+static void write_unit(FILE *out, const struct command_option *option)
 {
     if (option->kind != OPTION_IS_NUMBER || !quantity_kind_find(option->unit))
         return;
@@ -238,8 +238,8 @@ static char *make_text(const struct command_part *part, const char *before)
     size_t length = 0;
     FILE *out = xopen_memstream(&text, &length);
     fputs(before, out);
-    put_text(out, part);
-    put_unit(out, &part->option);
+    write_text(out, part);
+    write_unit(out, &part->option);
     size_t written = strlen(part->text);
     bool prose = !part->term && !part->option.name;
     /* no line break here: a line that ends with a blank is continued */
@@ -302,7 +302,7 @@ void help_page_free(struct help_page *page)
 
 /* Writes lines of text, wrapped and indented. The first begins at `column` of its line. A line that
  * begins with a blank and the lines of an example, up to an empty line, are printed unchanged. */
-static void put_lines(FILE *out, const char *text, size_t column, size_t indent)
+static void write_lines(FILE *out, const char *text, size_t column, size_t indent)
 {
     bool is_example = false;
     for (const char *line = text; *line; column = 0) {
@@ -320,14 +320,14 @@ static void put_lines(FILE *out, const char *text, size_t column, size_t indent)
     }
 }
 
-static void put_item(FILE *out, const struct help_row *row)
+static void write_item(FILE *out, const struct help_row *row)
 {
     bool is_long = strlen(row->term) > TERM_WIDTH_MAX;
     if (is_long)
         fprintf(out, "  %s\n", row->term);
     else
         fprintf(out, "  %-*s", TERM_WIDTH_MAX, row->term);
-    put_lines(out, row->text, is_long ? 0 : HELP_TEXT_COLUMN - 1, HELP_TEXT_COLUMN);
+    write_lines(out, row->text, is_long ? 0 : HELP_TEXT_COLUMN - 1, HELP_TEXT_COLUMN);
 }
 
 char *help_page_text(const struct command *command)
@@ -338,9 +338,9 @@ char *help_page_text(const struct command *command)
     FILE *out = xopen_memstream(&text, &length);
     for (size_t i = 0; i < page.row_count; i++) {
         if (page.row[i].term)
-            put_item(out, &page.row[i]);
+            write_item(out, &page.row[i]);
         else
-            put_lines(out, page.row[i].text, 0, 0);
+            write_lines(out, page.row[i].text, 0, 0);
     }
     if (fclose(out) != 0)
         abort();

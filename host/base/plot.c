@@ -29,7 +29,7 @@ struct plot {
 };
 
 /* Writes the text in single quotes, in which gnuplot substitutes nothing. */
-static void put_quoted(FILE *out, const char *text)
+static void write_quoted(FILE *out, const char *text)
 {
     fputc('\'', out);
     for (; *text; text++) {
@@ -40,10 +40,10 @@ static void put_quoted(FILE *out, const char *text)
     fputc('\'', out);
 }
 
-static void put_set_command(FILE *out, const char *what, const char *text)
+static void write_set_command(FILE *out, const char *what, const char *text)
 {
     fprintf(out, "set %s ", what);
-    put_quoted(out, text ? text : "");
+    write_quoted(out, text ? text : "");
     fputs(" noenhanced\n", out);
 }
 
@@ -70,11 +70,11 @@ static void end_panel(struct plot *plot)
     plot->series_list = NULL;
 }
 
-static void put_set_axis(FILE *out, char name, const struct plot_axis *axis)
+static void write_axis_commands(FILE *out, char name, const struct plot_axis *axis)
 {
     char what[8];
     snprintf(what, sizeof what, "%clabel", name);
-    put_set_command(out, what, axis->label);
+    write_set_command(out, what, axis->label);
     fprintf(out, "set xlabel offset 0,0.4\n"); /* keeps the axis label away from the key */
     fprintf(out,
             axis->is_logarithmic ? "set logscale %c\nset format %c '10^{%%L}'\n"
@@ -93,12 +93,12 @@ void plot_begin_panel(struct plot *plot, const char *title, struct plot_axis x, 
     plot->panel_count++;
     plot->drawn_series_count = 0;
     fputs("unset label\nunset arrow\n", plot->script);
-    put_set_command(plot->script, "title", title);
-    put_set_axis(plot->script, 'x', &x);
-    put_set_axis(plot->script, 'y', &y);
+    write_set_command(plot->script, "title", title);
+    write_axis_commands(plot->script, 'x', &x);
+    write_axis_commands(plot->script, 'y', &y);
 }
 
-static void put_number(FILE *out, double value, char end)
+static void write_number(FILE *out, double value, char end)
 {
     if (isfinite(value))
         fprintf(out, "%.9g%c", value, end);
@@ -106,50 +106,50 @@ static void put_number(FILE *out, double value, char end)
         fprintf(out, "NaN%c", end);
 }
 
-static void put_row(FILE *out, const struct plot_series *series, size_t i)
+static void write_row(FILE *out, const struct plot_series *series, size_t i)
 {
-    put_number(out, series->x[i], ' ');
-    put_number(out, series->y[i], series->y_high ? ' ' : '\n');
+    write_number(out, series->x[i], ' ');
+    write_number(out, series->y[i], series->y_high ? ' ' : '\n');
     if (series->y_high)
-        put_number(out, series->y_high[i], '\n');
+        write_number(out, series->y_high[i], '\n');
 }
 
 /* Reduces samples [from, to) to one row or two: the smallest and the largest value in order of
  * time, or the outline of a band. If any sample is NaN, the result is NaN. */
-static void put_thinned_rows(FILE *out, const struct plot_series *series, size_t from, size_t to)
+static void write_thinned_rows(FILE *out, const struct plot_series *series, size_t from, size_t to)
 {
     const double *high = series->y_high ? series->y_high : series->y;
     size_t least = from, most = from;
     for (size_t i = from; i < to; i++) {
         if (isnan(series->y[i])) {
-            put_row(out, series, i);
+            write_row(out, series, i);
             return;
         }
         least = series->y[i] < series->y[least] ? i : least;
         most = high[i] > high[most] ? i : most;
     }
     if (series->y_high) {
-        put_number(out, series->x[from], ' ');
-        put_number(out, series->y[least], ' ');
-        put_number(out, high[most], '\n');
+        write_number(out, series->x[from], ' ');
+        write_number(out, series->y[least], ' ');
+        write_number(out, high[most], '\n');
         return;
     }
-    put_row(out, series, least < most ? least : most);
-    put_row(out, series, least < most ? most : least);
+    write_row(out, series, least < most ? least : most);
+    write_row(out, series, least < most ? most : least);
 }
 
-static void put_data(struct plot *plot, const struct plot_series *series)
+static void write_data(struct plot *plot, const struct plot_series *series)
 {
     bool may_thin = series->kind == PLOT_LINE || series->kind == PLOT_BAND;
     size_t step = may_thin ? series->count / THINNING_COLUMNS : 0;
     fprintf(plot->script, "$d%u << EOD\n", plot->data_block_count);
     for (size_t i = 0; i < series->count && step <= 2; i++)
-        put_row(plot->script, series, i);
+        write_row(plot->script, series, i);
     for (size_t i = 0; i < series->count && step > 2; i += step)
-        put_thinned_rows(plot->script, series, i,
-                         i + step < series->count ? i + step : series->count);
+        write_thinned_rows(plot->script, series, i,
+                           i + step < series->count ? i + step : series->count);
     if (step > 2)
-        put_row(plot->script, series, series->count - 1);
+        write_row(plot->script, series, series->count - 1);
     fputs("EOD\n", plot->script);
 }
 
@@ -191,7 +191,7 @@ void plot_add_series(struct plot *plot, const struct plot_series *series)
     else if (series->kind == PLOT_HORIZONTAL_LINES)
         add_horizontal_lines(plot, series, look);
     else {
-        put_data(plot, series);
+        write_data(plot, series);
         fprintf(plot->series_list, "$d%u ", plot->data_block_count++);
     }
     if (series->kind == PLOT_LINE || series->kind == PLOT_VERTICAL_LINES ||
@@ -205,7 +205,7 @@ void plot_add_series(struct plot *plot, const struct plot_series *series)
         fprintf(plot->series_list,
                 "using 1:2:3 with filledcurves %s fs transparent solid 0.22 noborder", look);
     fputs(" title ", plot->series_list);
-    put_quoted(plot->series_list, series->key ? series->key : "");
+    write_quoted(plot->series_list, series->key ? series->key : "");
 }
 
 /* The gnuplot terminal for a file extension; NULL: unsupported. */
@@ -234,7 +234,7 @@ static void print_script(FILE *out, const struct plot *plot, const char *termina
             columns > 0 ? (plot->panel_count + columns - 1) / columns : 1,
             columns > 0 ? columns : 1);
     fputs("title ", out);
-    put_quoted(out, plot->title);
+    write_quoted(out, plot->title);
     fputs(" noenhanced\n", out);
     fwrite(plot->text, 1, plot->length, out);
     fputs("unset multiplot\n", out);

@@ -18,14 +18,14 @@ static int lowercase_letter_at(const char *word, size_t i)
     return tolower((unsigned char)word[i]);
 }
 
-static size_t minimum_size(size_t a, size_t b)
+static size_t smaller_size(size_t a, size_t b)
 {
     return a < b ? a : b;
 }
 
 /* Number of edits from word a to word b. An edit changes, inserts or deletes a letter, or swaps two
  * adjacent letters. */
-static size_t edit_distance(const char *a, size_t a_length, const char *b, size_t b_length)
+static size_t compute_edit_distance(const char *a, size_t a_length, const char *b, size_t b_length)
 {
     size_t row[WORD_LETTERS_MAX + 1][WORD_LETTERS_MAX + 1];
     for (size_t i = 0; i <= a_length; i++)
@@ -35,17 +35,17 @@ static size_t edit_distance(const char *a, size_t a_length, const char *b, size_
     for (size_t i = 1; i <= a_length; i++) {
         for (size_t k = 1; k <= b_length; k++) {
             bool same = lowercase_letter_at(a, i - 1) == lowercase_letter_at(b, k - 1);
-            row[i][k] = minimum_size(row[i - 1][k - 1] + !same,
-                                     minimum_size(row[i - 1][k], row[i][k - 1]) + 1);
+            row[i][k] = smaller_size(row[i - 1][k - 1] + !same,
+                                     smaller_size(row[i - 1][k], row[i][k - 1]) + 1);
             if (i > 1 && k > 1 && lowercase_letter_at(a, i - 1) == lowercase_letter_at(b, k - 2) &&
                 lowercase_letter_at(a, i - 2) == lowercase_letter_at(b, k - 1))
-                row[i][k] = minimum_size(row[i][k], row[i - 2][k - 2] + 1);
+                row[i][k] = smaller_size(row[i][k], row[i - 2][k - 2] + 1);
         }
     }
     return row[a_length][b_length];
 }
 
-static size_t common_prefix_length(const char *a, const char *b)
+static size_t count_common_prefix(const char *a, const char *b)
 {
     size_t n = 0;
     while (a[n] && lowercase_letter_at(a, n) == lowercase_letter_at(b, n))
@@ -61,13 +61,13 @@ void spell_suggest_begin(struct spell_suggest *suggest, const char *word)
 bool spell_suggest_add(struct spell_suggest *suggest, const char *candidate)
 {
     const char *a = skip_dashes(suggest->word), *b = skip_dashes(candidate);
-    size_t a_length = strlen(a), b_length = strlen(b), shorter = minimum_size(a_length, b_length);
+    size_t a_length = strlen(a), b_length = strlen(b), shorter = smaller_size(a_length, b_length);
     bool is_word = strcmp(suggest->word, candidate) == 0;
     if (a_length > WORD_LETTERS_MAX || b_length > WORD_LETTERS_MAX || shorter == 0)
         return is_word;
     size_t allowed = shorter < 3 ? 0 : shorter < 5 ? 1 : 2;
-    size_t distance = edit_distance(a, a_length, b, b_length),
-           beginning = common_prefix_length(a, b);
+    size_t distance = compute_edit_distance(a, a_length, b, b_length),
+           beginning = count_common_prefix(a, b);
     if (distance > allowed) {
         if (beginning < COMMON_PREFIX_LETTERS_MIN && !(beginning == shorter && shorter >= 3))
             return is_word;

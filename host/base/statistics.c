@@ -8,11 +8,11 @@
 enum mr_status line_fit(const double *x, const double *y, size_t count, struct line_fit *line,
                         struct error *error)
 {
-    return line_fit_weighted(x, y, NULL, count, line, error);
+    return line_fit_with_weights(x, y, NULL, count, line, error);
 }
 
-enum mr_status line_fit_weighted(const double *x, const double *y, const double *weight,
-                                 size_t count, struct line_fit *line, struct error *error)
+enum mr_status line_fit_with_weights(const double *x, const double *y, const double *weight,
+                                     size_t count, struct line_fit *line, struct error *error)
 {
     if (count < 3)
         return error_set(error, MR_TOO_FEW,
@@ -73,13 +73,13 @@ void sort_numbers(double *values, size_t count)
         qsort(values, count, sizeof *values, compare_numbers);
 }
 
-struct wilson wilson_interval(size_t count, size_t of)
+struct proportion_interval compute_proportion_interval(size_t count, size_t total)
 {
     const double z = 1.959963984540054; /* 2.5 % of a standard normal distribution are above z */
-    if (of == 0)
-        return (struct wilson){0.0, 1.0};
-    double n = (double)of, p = (double)count / n, z2 = z * z / n;
+    if (total == 0)
+        return (struct proportion_interval){0.0, 1.0};
+    double n = (double)total, p = (double)count / n, z2 = z * z / n;
     double middle = (p + z2 / 2.0) / (1.0 + z2),
            half = z / (1.0 + z2) * sqrt(p * (1.0 - p) / n + z2 / (4.0 * n));
-    return (struct wilson){fmax(0.0, middle - half), fmin(1.0, middle + half)};
+    return (struct proportion_interval){fmax(0.0, middle - half), fmin(1.0, middle + half)};
 }

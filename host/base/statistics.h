@@ -27,8 +27,8 @@ enum mr_status line_fit(const double *x, const double *y, size_t count, struct l
                         struct error *error);
 /* Fits a line to readings of different accuracy. `weight` is proportional to 1/variance, and
  * `scatter` is the standard deviation of a reading of weight 1. */
-enum mr_status line_fit_weighted(const double *x, const double *y, const double *weight,
-                                 size_t count, struct line_fit *line, struct error *error);
+enum mr_status line_fit_with_weights(const double *x, const double *y, const double *weight,
+                                     size_t count, struct line_fit *line, struct error *error);
 /* Predicts the next reading at `x` from a line through `count` readings. `weight` is that of the
  * new reading (1 for line_fit). The error includes the scatter and the factor of Student's t, so
  * that the reading is within 1.96 errors with a probability of 95 %. */
@@ -40,12 +40,12 @@ void sort_numbers(double *values, size_t count);
 /* Wilson's 95 % interval of a proportion, from 0 to 1 (E. B. Wilson, J. Am. Stat. Assoc. 22 (1927)
  * 209). */
 
-struct wilson {
+struct proportion_interval {
     double low, high;
 };
 
 /* Returns the interval of the proportion of `count` events in `of` trials; if `of` is 0, the whole
  * range 0 to 1. */
-struct wilson wilson_interval(size_t count, size_t of);
+struct proportion_interval compute_proportion_interval(size_t count, size_t total);
 
 #endif

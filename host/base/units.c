@@ -70,9 +70,9 @@ const struct unit_word *unit_word_find(const char *word, size_t length)
     return NULL;
 }
 
-double unit_round_to_zero(double value, double least)
+double unit_round_to_zero(double value, double resolution)
 {
-    return fabs(value) < 0.5 * least ? 0.0 : value;
+    return fabs(value) < 0.5 * resolution ? 0.0 : value;
 }
 
 int unit_decimals(enum unit_kind kind, bool si, int decimals)

@@ -41,9 +41,9 @@ struct unit_word {
 const struct unit_word *unit_word_find(const char *word, size_t length);
 /* Returns each unit once, in order: index 0 is the first; NULL after the last. Static storage. */
 const struct unit_word *unit_word_get(size_t index);
-/* Returns 0 (never -0) if the value rounds to 0 when its last digit has the value `least`;
+/* Returns 0 (never -0) if the value rounds to 0 when its last digit has the value `resolution`;
  * otherwise returns the value. */
-double unit_round_to_zero(double value, double least);
+double unit_round_to_zero(double value, double resolution);
 /* Number of decimals to print for a value that has `decimals` decimals in the report's unit. In SI
  * the number is adapted so that no digit is lost. */
 int unit_decimals(enum unit_kind kind, bool si, int decimals);

@@ -466,13 +466,13 @@ static bool has_line_for_limit(const struct bringup *bringup, unsigned section,
 }
 
 size_t bringup_check_limits(const struct bringup *bringup,
-                            struct bringup_result judged[BRINGUP_RESULTS_MAX])
+                            struct bringup_result results[BRINGUP_RESULTS_MAX])
 {
     unsigned section = get_section_bit(bringup->section);
     const struct mr_board *board = find_board(bringup);
     size_t count = 0;
     for (size_t i = 0; i < bringup->line_count; i++) {
-        struct bringup_result *j = &judged[count++];
+        struct bringup_result *j = &results[count++];
         *j = (struct bringup_result){.name = bringup->line[i].name,
                                      .line = &bringup->line[i],
                                      .limit = find_limit(section, &bringup->line[i])};
@@ -483,17 +483,17 @@ size_t bringup_check_limits(const struct bringup *bringup,
         if (!(limit->section_bits & section) || limit->verdict_if_missing == BRINGUP_OK ||
             has_line_for_limit(bringup, section, limit))
             continue;
-        judged[count++] = (struct bringup_result){
+        results[count++] = (struct bringup_result){
             .name = limit->name, .limit = limit, .verdict = limit->verdict_if_missing};
     }
     return count;
 }
 
-enum bringup_verdict bringup_worst_verdict(const struct bringup_result *judged, size_t count)
+enum bringup_verdict bringup_worst_verdict(const struct bringup_result *results, size_t count)
 {
     enum bringup_verdict worst = BRINGUP_OK;
     for (size_t i = 0; i < count; i++)
-        worst = judged[i].verdict > worst ? judged[i].verdict : worst;
+        worst = results[i].verdict > worst ? results[i].verdict : worst;
     return worst;
 }
 

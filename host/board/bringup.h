@@ -76,8 +76,8 @@ struct bringup_result {
 /* Judges the lines in their order, then adds the missing ones. Returns the number of results, which
  * point into `bringup`. */
 size_t bringup_check_limits(const struct bringup *bringup,
-                            struct bringup_result judged[BRINGUP_RESULTS_MAX]);
-enum bringup_verdict bringup_worst_verdict(const struct bringup_result *judged, size_t count);
+                            struct bringup_result results[BRINGUP_RESULTS_MAX]);
+enum bringup_verdict bringup_worst_verdict(const struct bringup_result *results, size_t count);
 const char *bringup_verdict_text(enum bringup_verdict verdict); /* "ok", "look", "wrong" */
 bool bringup_limit_is_group(const struct bringup_limit *limit);
 

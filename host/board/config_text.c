@@ -46,7 +46,7 @@ static bool advance_field(struct config_field_ref *at)
     return ++at->group < MR_CONFIG_GROUP_COUNT;
 }
 
-static void field_name(struct config_field_ref at, char out[CONFIG_FIELD_NAME_SIZE])
+static void format_field_name(struct config_field_ref at, char out[CONFIG_FIELD_NAME_SIZE])
 {
     const struct mr_config_group *group = &mr_config_groups[at.group];
     if (group->count == 1)
@@ -131,8 +131,8 @@ static void write_reals(const float *values, unsigned count, char *out, size_t s
     }
 }
 
-static void field_value_text(const struct mr_config_field *field, const void *bytes,
-                             char out[CONFIG_FIELD_VALUE_SIZE])
+static void format_field_value(const struct mr_config_field *field, const void *bytes,
+                               char out[CONFIG_FIELD_VALUE_SIZE])
 {
     if (field->type == MR_CONFIG_TYPE_TEXT)
         write_text(bytes, field->count, out, CONFIG_FIELD_VALUE_SIZE);
@@ -171,7 +171,7 @@ static void write_element_name(struct config_field_ref at, unsigned element,
                                char out[CONFIG_FIELD_NAME_SIZE + 40])
 {
     char name[CONFIG_FIELD_NAME_SIZE];
-    field_name(at, name);
+    format_field_name(at, name);
     if (get_field_info(at)->count > 1 && get_field_info(at)->type != MR_CONFIG_TYPE_TEXT)
         snprintf(out, CONFIG_FIELD_NAME_SIZE + 40, "value %u of %s", element + 1, name);
     else
@@ -306,12 +306,12 @@ void config_text_reason(const struct mr_config *config, const struct mr_config_v
         return;
     }
     write_element_name(at, r->element, name);
-    field_value_text(get_field_info(at), get_field_bytes(config, at), value);
+    format_field_value(get_field_info(at), get_field_bytes(config, at), value);
     write_advice(config, r, advice, sizeof advice);
     if (find_conflicting_field(r, &other)) {
         char other_name[CONFIG_FIELD_NAME_SIZE], other_value[CONFIG_FIELD_VALUE_SIZE];
-        field_name(other, other_name);
-        field_value_text(get_field_info(other), get_field_bytes(config, other), other_value);
+        format_field_name(other, other_name);
+        format_field_value(get_field_info(other), get_field_bytes(config, other), other_value);
         snprintf(out, size, "%s is %s, %s is %s: %s; %s", name, value, other_name, other_value,
                  r->rule == MR_RULE_NUMBER_IN_USE     ? "numbers of one kind must differ"
                  : r->rule == MR_RULE_STEPS_TOO_CLOSE ? "they cannot be distinguished"
@@ -379,8 +379,8 @@ char *config_text_write(const struct mr_config *config)
             write_legend(file, at.group);
         if (at.field == 0)
             fputc('\n', file);
-        field_name(at, name);
-        field_value_text(get_field_info(at), get_field_bytes(config, at), value);
+        format_field_name(at, name);
+        format_field_value(get_field_info(at), get_field_bytes(config, at), value);
         fprintf(file, "%s = %s%s%s\n", name, value,
                 unit[0] && !is_date_field(get_field_info(at)) ? "  # " : "",
                 is_date_field(get_field_info(at)) ? "" : unit);
@@ -397,7 +397,7 @@ struct reader {
     unsigned line;
     struct mr_config *config;
     /* line number of each field, in the order of the table; 0: not read yet */
-    unsigned *line_of_field;
+    unsigned *field_line_numbers;
     struct error *error;
 };
 
@@ -571,8 +571,8 @@ static enum mr_status read_line(struct reader *r, const char *p)
     enum mr_status status = read_name(r, &p, &at);
     if (status != MR_OK)
         return status;
-    field_name(at, name);
-    unsigned *line = &r->line_of_field[get_field_index(at)];
+    format_field_name(at, name);
+    unsigned *line = &r->field_line_numbers[get_field_index(at)];
     if (*line) {
         snprintf(what, sizeof what, "%s is given twice", name);
         snprintf(advice, sizeof advice, "line %u also gives this field; delete one of the lines",
@@ -606,9 +606,9 @@ static enum mr_status check_fields(struct reader *r)
     struct config_field_ref at = {0};
     size_t number = 0;
     do {
-        if (!r->line_of_field[number++] && !is_field_optional(at)) {
+        if (!r->field_line_numbers[number++] && !is_field_optional(at)) {
             char name[CONFIG_FIELD_NAME_SIZE];
-            field_name(at, name);
+            format_field_name(at, name);
             return error_set(
                 r->error, MR_MALFORMED,
                 "field %s is missing: %s; give every field, as matrig board config get writes them",
@@ -620,7 +620,7 @@ static enum mr_status check_fields(struct reader *r)
     char text[500];
     config_text_reason(r->config, &reason, text, sizeof text);
     char *advice = strstr(text, "; ");
-    r->line = r->line_of_field[get_field_index(
+    r->line = r->field_line_numbers[get_field_index(
         (struct config_field_ref){reason.group, reason.index, reason.field})];
     if (advice)
         *advice = '\0';
@@ -636,7 +636,7 @@ enum mr_status config_text_read(const char *text, const char *name, struct mr_co
     struct reader reader = {.name = name, .config = &read, .error = error};
     enum mr_status status = MR_OK;
     memset(&read, 0, sizeof read);
-    reader.line_of_field = xcalloc(get_field_index(end), sizeof *reader.line_of_field);
+    reader.field_line_numbers = xcalloc(get_field_index(end), sizeof *reader.field_line_numbers);
     while (status == MR_OK && *text) {
         size_t length = strcspn(text, "\n");
         char *line = strndup(text, length);
@@ -651,7 +651,7 @@ enum mr_status config_text_read(const char *text, const char *name, struct mr_co
         status = check_fields(&reader);
     if (status == MR_OK)
         *config = read;
-    free(reader.line_of_field);
+    free(reader.field_line_numbers);
     return status;
 }
 
@@ -690,11 +690,11 @@ unsigned config_text_compare(const struct mr_config *old, const struct mr_config
     do {
         char name[CONFIG_FIELD_NAME_SIZE], was[CONFIG_FIELD_VALUE_SIZE],
             is[CONFIG_FIELD_VALUE_SIZE];
-        field_value_text(get_field_info(at), get_field_bytes(old, at), was);
-        field_value_text(get_field_info(at), get_field_bytes(new, at), is);
+        format_field_value(get_field_info(at), get_field_bytes(old, at), was);
+        format_field_value(get_field_info(at), get_field_bytes(new, at), is);
         if (strcmp(was, is) == 0)
             continue;
-        field_name(at, name);
+        format_field_name(at, name);
         differ++;
         each(context, name, was, is);
     } while (advance_field(&at));

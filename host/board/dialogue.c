@@ -205,7 +205,7 @@ void dialogue_reset(struct dialogue *dialogue)
 static void handle_answer(struct dialogue *dialogue, const struct dialogue_message *message)
 {
     struct mr_ack answer;
-    if (!dialogue->awaits_answer || dialogue->is_answered ||
+    if (!dialogue->is_awaiting_answer || dialogue->is_answered ||
         mr_ack_get(&answer, message->payload, message->length) != MR_OK ||
         answer.code != dialogue->answer.code || answer.tag != dialogue->answer.tag)
         return;
@@ -303,11 +303,11 @@ static enum mr_status receive_waiting(struct dialogue *dialogue, struct pollfd r
     return MR_OK;
 }
 
-static enum mr_status receive_within(struct dialogue *dialogue, double most_s, bool *received,
+static enum mr_status receive_within(struct dialogue *dialogue, double timeout_s, bool *received,
                                      struct error *error)
 {
     struct pollfd ready[LINK_KINDS];
-    int wait_ms = (int)ceil(1000.0 * fmin(fmax(most_s, 0.0), DIALOGUE_RECEIVE_MAX_S));
+    int wait_ms = (int)ceil(1000.0 * fmin(fmax(timeout_s, 0.0), DIALOGUE_RECEIVE_MAX_S));
     enum mr_status status = receive_waiting(dialogue, ready, received, error);
     if (status == MR_OK && !*received && wait_ms > 0 && poll(ready, LINK_KINDS, wait_ms) < 0 &&
         errno != EINTR)
@@ -318,10 +318,10 @@ static enum mr_status receive_within(struct dialogue *dialogue, double most_s, b
 
 /* ---- waiting ---- */
 
-enum mr_status dialogue_receive(struct dialogue *dialogue, double most_s, struct error *error)
+enum mr_status dialogue_receive(struct dialogue *dialogue, double timeout_s, struct error *error)
 {
     bool received;
-    return receive_within(dialogue, most_s, &received, error);
+    return receive_within(dialogue, timeout_s, &received, error);
 }
 
 enum mr_status dialogue_wait_while_receiving(struct dialogue *dialogue, dialogue_condition *done,
@@ -509,10 +509,10 @@ enum mr_status dialogue_send_command(struct dialogue *dialogue,
                        : 1;
     enum mr_status status = MR_TIMEOUT;
     dialogue->answer = (struct mr_ack){.code = command.code, .tag = command.tag};
-    dialogue->awaits_answer = true;
+    dialogue->is_awaiting_answer = true;
     for (unsigned i = 0; i < tries && status == MR_TIMEOUT; i++)
         status = send_with_proof(dialogue, payload, length, request->answer_timeout_s, error);
-    dialogue->awaits_answer = false;
+    dialogue->is_awaiting_answer = false;
     if (status == MR_TIMEOUT && error->status == MR_OK && request->was_executed &&
         request->was_executed(request->context))
         /* The command was executed and only the answer was lost: return the expected answer, with

@@ -115,7 +115,7 @@ struct dialogue {
         void *context;
     } subscriber[DIALOGUE_SUBSCRIBERS_MAX];
     unsigned subscriber_count;
-    bool awaits_answer, is_answered;
+    bool is_awaiting_answer, is_answered;
     /* before the answer arrives: code and tag of the command; then the answer */
     struct mr_ack answer;
 };
@@ -149,9 +149,9 @@ void dialogue_reset(struct dialogue *dialogue);
 /* Sets the CAN base that the board uses from now on (common/canbase.h). */
 void dialogue_set_base(struct dialogue *dialogue, uint16_t base);
 
-/* Reads messages for at most `most_s`, and never longer than DIALOGUE_RECEIVE_MAX_S. Returns MR_OK
- * even if no message arrives. For callers that also wait for other inputs. */
-enum mr_status dialogue_receive(struct dialogue *dialogue, double most_s, struct error *error);
+/* Reads messages for at most `timeout_s`, and never longer than DIALOGUE_RECEIVE_MAX_S. Returns
+ * MR_OK even if no message arrives. For callers that also wait for other inputs. */
+enum mr_status dialogue_receive(struct dialogue *dialogue, double timeout_s, struct error *error);
 /* Reads the board's messages until `done` returns true, for at most `within_s`. MR_TIMEOUT: it did
  * not return true in time. */
 enum mr_status dialogue_wait_until(struct dialogue *dialogue, dialogue_condition *done,

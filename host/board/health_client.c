@@ -302,7 +302,7 @@ static int print_checks(const char *verb, const struct health_client *client, co
     return answer_print(cli, answer, fault ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
-int health_run(struct dialogue *dialogue, const char *verb, const struct cli *cli)
+int health_print_report(struct dialogue *dialogue, const char *verb, const struct cli *cli)
 {
     static struct health_client client;
     client.dialogue = dialogue;

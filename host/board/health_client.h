@@ -52,6 +52,6 @@ struct health_client {
 
 /* Runs matrig board health | self-test | reset. Returns the exit code; 1: the board reports a
  * fault. An error ends the program. */
-int health_run(struct dialogue *dialogue, const char *verb, const struct cli *cli);
+int health_print_report(struct dialogue *dialogue, const char *verb, const struct cli *cli);
 
 #endif

@@ -39,7 +39,7 @@ void keyfile_path(const char *uid, char path[KEYFILE_PATH_SIZE])
     keyfile_make_path(uid, "", path);
 }
 
-static int hex_digit(char c)
+static int parse_hex_digit(char c)
 {
     return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
 }
@@ -71,8 +71,8 @@ static enum mr_status read_key(const char *uid, uint8_t key[MR_KEY_BYTES], struc
     bool alone = length == (ssize_t)KEY_DIGITS ||
                  (length > (ssize_t)KEY_DIGITS && text[KEY_DIGITS] < ' ');
     for (unsigned i = 0; i < MR_KEY_BYTES; i++) {
-        int high = alone ? hex_digit(text[2 * i]) : -1;
-        int low = high >= 0 ? hex_digit(text[2 * i + 1]) : -1;
+        int high = alone ? parse_hex_digit(text[2 * i]) : -1;
+        int low = high >= 0 ? parse_hex_digit(text[2 * i + 1]) : -1;
         if (low < 0)
             return error_set(error, MR_MALFORMED, "not a key of 64 hexadecimal digits: %s", path);
         key[i] = (uint8_t)(high << 4 | low);

@@ -110,7 +110,7 @@ static void print_check(const struct ready_check *c, unsigned columns, FILE *out
     text_print_wrapped(c->advice, VALUE_COLUMN + 2, VALUE_COLUMN + 3, columns, out);
 }
 
-void ready_print(const struct ready_report *report, double took_s, unsigned columns, FILE *out)
+void ready_print(const struct ready_report *report, double duration_s, unsigned columns, FILE *out)
 {
     unsigned no_go = ready_count_checks(report, READY_NO_GO),
              open = ready_count_checks(report, READY_NOT_DONE);
@@ -118,7 +118,7 @@ void ready_print(const struct ready_report *report, double took_s, unsigned colu
     const char *before = ": ";
     columns = columns < COLUMNS_MIN ? COLUMNS_MIN : columns;
     snprintf(text, sizeof text, "%s%s after %.1f s", ready_verdict_text(ready_verdict(report)),
-             !no_go && report->is_uncalibrated ? ", UNCALIBRATED" : "", took_s);
+             !no_go && report->is_uncalibrated ? ", UNCALIBRATED" : "", duration_s);
     for (unsigned i = 0; i < report->count; i++) {
         print_check(&report->check[i], columns, out);
         if (report->check[i].verdict != READY_NO_GO)

@@ -148,7 +148,7 @@ void ready_add_check(struct ready_report *report, enum ready_verdict verdict, co
                      const char *limit, const char *advice, const char *format, ...)
     __attribute__((format(printf, 6, 7)));
 /* Prints each check, wrapped to `columns` characters (minimum 60), then the verdict. */
-void ready_print(const struct ready_report *report, double took_s, unsigned columns, FILE *out);
+void ready_print(const struct ready_report *report, double duration_s, unsigned columns, FILE *out);
 /* Returns the checks as a JSON array of {name, verdict, value, limit, advice}; the caller owns
  * it. */
 json_t *ready_json(const struct ready_report *report);

@@ -174,23 +174,23 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
 
 /* Waits, but not beyond the deadline of the whole check. Facts that did not arrive stay unknown. */
 static void wait_for(struct input_query *a, dialogue_condition *done, const void *context,
-                     double most_s)
+                     double timeout_s)
 {
     if (a->error->status == MR_OK)
         (void)dialogue_wait_until(a->dialogue, done, context,
-                                  fmin(most_s, a->deadline_s - dialogue_now_s(a->dialogue)),
+                                  fmin(timeout_s, a->deadline_s - dialogue_now_s(a->dialogue)),
                                   a->error);
 }
 
 /* Sends a command and returns the status of the board's answer; MR_TIMEOUT: no answer. */
 static enum mr_status send_command(struct input_query *a, uint8_t code, int32_t argument,
-                                   double most_s)
+                                   double timeout_s)
 {
     struct mr_ack ack;
     const struct dialogue_command query = {
         .code = code,
         .argument = argument,
-        .answer_timeout_s = fmin(most_s, a->deadline_s - dialogue_now_s(a->dialogue))};
+        .answer_timeout_s = fmin(timeout_s, a->deadline_s - dialogue_now_s(a->dialogue))};
     if (a->error->status != MR_OK)
         return MR_TIMEOUT;
     return dialogue_send_command(a->dialogue, &query, &ack, a->error) ?: (enum mr_status)ack.status;

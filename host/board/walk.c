@@ -21,7 +21,7 @@ void walk_motion_start(struct walk_motion *motion, unsigned channels, float limi
 
 /* Returns true if for half a second no channel has moved by half the limit. Sets `mean` to the
  * means over that time. */
-static bool is_still(const struct walk_motion *motion, float mean[WALK_CHANNELS_MAX])
+static bool is_motionless(const struct walk_motion *motion, float mean[WALK_CHANNELS_MAX])
 {
     if (motion->reading_count < WALK_REST_READINGS)
         return false;
@@ -58,7 +58,7 @@ unsigned walk_motion_add(struct walk_motion *motion, const float *value)
         if (moved > motion->peak[c])
             motion->peak[c] = moved;
     }
-    if (!is_still(motion, mean))
+    if (!is_motionless(motion, mean))
         return 0;
     for (unsigned c = 1; c < motion->channel_count; c++) {
         if (motion->peak[c] > motion->peak[most])

@@ -90,11 +90,11 @@ void collector_set_own_commands(struct collector *collector, struct collector_ow
 
 bool collector_pop_answer(struct collector *collector, struct collector_answer *answer)
 {
-    if (collector->answers_read == collector->answer_add_count)
+    if (collector->read_answer_count == collector->answer_add_count)
         return false;
-    if (collector->answer_add_count - collector->answers_read > COLLECT_ANSWERS_MAX)
-        collector->answers_read = collector->answer_add_count - COLLECT_ANSWERS_MAX;
-    *answer = collector->answer[collector->answers_read++ % COLLECT_ANSWERS_MAX];
+    if (collector->answer_add_count - collector->read_answer_count > COLLECT_ANSWERS_MAX)
+        collector->read_answer_count = collector->answer_add_count - COLLECT_ANSWERS_MAX;
+    *answer = collector->answer[collector->read_answer_count++ % COLLECT_ANSWERS_MAX];
     return true;
 }
 
@@ -277,9 +277,9 @@ static void report_other_board_on_can(const struct collector *collector,
                                       struct collector_progress *progress)
 {
     const struct link_state *can = &collector->side[LINK_CAN];
-    progress->is_other_board_on_can = collector->reported.uid_from_serial && !can->own_board_seen &&
-                                      can->other_board_message_count >=
-                                          COLLECT_OTHER_BOARD_MESSAGES_MIN;
+    progress->is_other_board_on_can =
+        collector->reported.is_uid_from_serial && !can->own_board_seen &&
+        can->other_board_message_count >= COLLECT_OTHER_BOARD_MESSAGES_MIN;
     snprintf(progress->can_uid, sizeof progress->can_uid, "%08X%08X", (unsigned)can->other_uid[0],
              (unsigned)can->other_uid[1]);
     snprintf(progress->serial_uid, sizeof progress->serial_uid, "%08X%08X",

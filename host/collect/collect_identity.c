@@ -57,7 +57,7 @@ static bool handle_uid(struct collector *collector, struct link_state *side, uns
     bool vouched = side->kind == LINK_SERIAL;
     bool same = memcmp(known, words, count * sizeof *words) == 0;
     if (!(collector->reported.uid_parts & part) || same ||
-        (vouched && !collector->reported.uid_from_serial)) {
+        (vouched && !collector->reported.is_uid_from_serial)) {
         if (vouched && !same) /* the CAN data received so far came from another board */
             collector->side[LINK_CAN].own_board_seen = false;
         memcpy(known, words, count * sizeof *words);
@@ -251,7 +251,7 @@ static enum mr_status handle_board_image(struct collector *collector, struct lin
 {
     if (!handle_uid(collector, side, 2, &message->uid2, 1, error))
         return error->status;
-    collector->reported.uid_from_serial |= side->kind == LINK_SERIAL;
+    collector->reported.is_uid_from_serial |= side->kind == LINK_SERIAL;
     collector->reported.identity.image_crc = message->image_crc;
     snprintf(collector->reported.identity.board_uid, sizeof collector->reported.identity.board_uid,
              "%08X%08X%08X", (unsigned)collector->reported.uid[0],

@@ -154,7 +154,7 @@ static bool is_serial_primary(const struct collector *collector)
 /* Adopts serial's count of restarts for CAN. Each link counts by itself, and CAN may miss a short
  * restart or mistake another node's message for one. The count is adopted when both links have had
  * the same time for longer than CAN can be behind. */
-static void adopt_serial_boot(const struct collector *collector, struct link_state *can)
+static void copy_serial_boot(const struct collector *collector, struct link_state *can)
 {
     const struct link_state *serial = &collector->side[LINK_SERIAL];
     int64_t block = can->newest_clock_block, apart = block - collect_newest_block(serial);
@@ -212,7 +212,7 @@ static bool is_sent_on_both_links(const struct mr_message *message)
 }
 
 /* Assigns the landing on serial to CAN data from the first block of the landing to the last. */
-static void adopt_serial_landing(struct collector *collector, struct link_state *can)
+static void copy_serial_landing(struct collector *collector, struct link_state *can)
 {
     int64_t block = collect_newest_block(can);
     struct landing_slot *slot = can->current_landing;
@@ -237,7 +237,7 @@ static void compare_can_identity(struct collector *collector, struct link_state 
                                  const struct mr_message *message)
 {
     const uint32_t words[2] = {message->as.board_uid.uid0, message->as.board_uid.uid1};
-    if (message->index != MR_INDEX_BOARD_UID || !collector->reported.uid_from_serial)
+    if (message->index != MR_INDEX_BOARD_UID || !collector->reported.is_uid_from_serial)
         return;
     bool own = memcmp(words, collector->reported.uid, sizeof words) == 0;
     can->own_board_seen |= own;
@@ -259,7 +259,7 @@ static enum mr_status deliver_message(struct collector *collector, struct link_s
         collector->reported.landing_known = true;
     }
     if (side->kind == LINK_CAN && is_serial_primary(collector)) {
-        adopt_serial_landing(collector, side);
+        copy_serial_landing(collector, side);
         if (mark_newest_frame_row(collector, side, error) != MR_OK ||
             set_arming_time_from_can(collector, side, event, error) != MR_OK)
             return error->status;
@@ -299,7 +299,7 @@ static enum mr_status handle_message(struct collector *collector, struct link_st
         if (side->first_clock_block == 0)
             side->first_clock_block = side->newest_clock_block;
         if (side->kind == LINK_CAN)
-            adopt_serial_boot(collector, side);
+            copy_serial_boot(collector, side);
         loss_tracker_confirm_board_time(&side->loss_tracker);
     }
     loss_tracker_add_message(&side->loss_tracker, message->index);

@@ -125,8 +125,8 @@ struct board_report {
     struct mr_landing landing;     /* newest landing state on either link */
     struct store_landing identity; /* facts about the board: uid, firmware, CRCs, clock, site */
     uint32_t uid[3];
-    uint32_t uid_parts;   /* bit 0: words 0 and 1 are known; bit 1: word 2 is known */
-    bool uid_from_serial; /* the identity was received on serial */
+    uint32_t uid_parts;      /* bit 0: words 0 and 1 are known; bit 1: word 2 is known */
+    bool is_uid_from_serial; /* the identity was received on serial */
     bool key_known, nonce_known;
     struct mr_bus_key key;         /* state of the board's key: whether commands need a proof */
     uint8_t nonce[MR_PROOF_BYTES]; /* nonce for the next proof */
@@ -172,7 +172,7 @@ struct collector {
     struct collector_own_commands *own_commands;
     struct collector_answer answer[COLLECT_ANSWERS_MAX];
     /* total numbers of answers, and of those that the caller has read */
-    unsigned answer_add_count, answers_read;
+    unsigned answer_add_count, read_answer_count;
     struct repeated_answer
         /* identical answers; the index is the code of the command modulo REPEATED_ANSWERS_MAX */
         repeated_answers[REPEATED_ANSWERS_MAX];

@@ -79,7 +79,7 @@ bool loss_tracker_apply_message_count(struct loss_tracker *loss_tracker,
         bool known = loss_tracker->board_count_known[place];
         uint32_t sent = count->count - (known ? loss_tracker->board_count[place] : 0);
         int64_t missing = (int64_t)sent -
-                          (received - (known ? loss_tracker->received_at_board_count[place] : 0));
+                          (received - (known ? loss_tracker->received_count_at_report[place] : 0));
         if (missing > 0)
             loss_tracker->missing_count[place] += missing;
         else
@@ -88,7 +88,7 @@ bool loss_tracker_apply_message_count(struct loss_tracker *loss_tracker,
     loss_tracker->board_count_known[place] = true;
     loss_tracker->board_count[place] = count->count;
     loss_tracker->board_count_block[place] = get_newest_block(loss_tracker);
-    loss_tracker->received_at_board_count[place] = received;
+    loss_tracker->received_count_at_report[place] = received;
     return true;
 }
 

@@ -74,7 +74,7 @@ struct loss_tracker {
     /* block at which that count arrived, according to the last can_health or serial frame */
     int64_t board_count_block[MR_MESSAGE_COUNT];
     /* number of frames of the message received by the time the board's count arrived */
-    int64_t received_at_board_count[MR_MESSAGE_COUNT];
+    int64_t received_count_at_report[MR_MESSAGE_COUNT];
     /* number of missing frames according to all counts, over all starts of the board, including
      * frames that the board dropped */
     int64_t missing_count[MR_MESSAGE_COUNT];

@@ -74,7 +74,7 @@ static void set_defaults(struct band_design *design)
     };
 }
 
-static enum mr_status set_too_weak_error(const struct band_design *d, struct error *error)
+static enum mr_status set_strength_error(const struct band_design *d, struct error *error)
 {
     return error_set(error, MR_USAGE,
                      "bands too weak: each carries R = %.6g lb and yields at A fy = %.6g lb (C.10 "
@@ -90,7 +90,7 @@ static enum mr_status design_bands(struct band_design *d, struct error *error)
     d->strength_lb = d->area_ft2 * d->yield_lb_ft2;
     d->max_friction_lb = d->strength_lb - d->band_load_lb;
     if (!(d->max_friction_lb > 0.0))
-        return set_too_weak_error(d, error);
+        return set_strength_error(d, error);
     d->connection_friction_lb = d->mats_per_connection * d->friction * d->mat_weight_lb;
     d->max_connection_count =
         d->connection_friction_lb > 0.0

@@ -754,7 +754,7 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
 
 static int run_health(const struct request *request, struct dialogue *dialogue)
 {
-    return health_run(dialogue, request->words[0], request->cli);
+    return health_print_report(dialogue, request->words[0], request->cli);
 }
 
 enum { ALLOWS_CAN = 1, ALLOWS_DB = 2, ALLOWS_IMAGE = 4, ALLOWS_OUT = 8 };

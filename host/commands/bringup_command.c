@@ -65,27 +65,28 @@ static void format_limits(const struct bringup_result *j, char out[VALUE_TEXT_SI
 
 /* Returns the number of consecutive lines, from `at` on, that belong to one group and are within
  * their limits. */
-static size_t find_group_size(const struct bringup_result *judged, size_t count, size_t at)
+static size_t find_group_size(const struct bringup_result *results, size_t count, size_t at)
 {
     size_t n = 1;
-    if (!judged[at].limit || !bringup_limit_is_group(judged[at].limit) || judged[at].verdict ||
-        judged[at].line->is_absent)
+    if (!results[at].limit || !bringup_limit_is_group(results[at].limit) || results[at].verdict ||
+        results[at].line->is_absent)
         return 1;
-    while (at + n < count && judged[at + n].limit == judged[at].limit && !judged[at + n].verdict &&
-           judged[at + n].line && strcmp(judged[at + n].line->unit, judged[at].line->unit) == 0)
+    while (at + n < count && results[at + n].limit == results[at].limit &&
+           !results[at + n].verdict && results[at + n].line &&
+           strcmp(results[at + n].line->unit, results[at].line->unit) == 0)
         n++;
     return n;
 }
 
-static void format_value(const struct bringup_result *judged, size_t group,
+static void format_value(const struct bringup_result *results, size_t group,
                          char out[VALUE_TEXT_SIZE])
 {
-    const struct bringup_line *least = judged->line, *most = judged->line;
+    const struct bringup_line *least = results->line, *most = results->line;
     for (size_t i = 1; i < group; i++) {
-        least = judged[i].line->number < least->number ? judged[i].line : least;
-        most = judged[i].line->number > most->number ? judged[i].line : most;
+        least = results[i].line->number < least->number ? results[i].line : least;
+        most = results[i].line->number > most->number ? results[i].line : most;
     }
-    if (!judged->line)
+    if (!results->line)
         snprintf(out, VALUE_TEXT_SIZE, "not reported");
     else if (group > 1)
         snprintf(out, VALUE_TEXT_SIZE, "%s to %s %s", least->value, most->value, least->unit);
@@ -109,10 +110,10 @@ static void print_row(struct answer *answer, const struct bringup_result *j, siz
     answer_add_text(answer, NULL, "should be", "%s", limits);
 }
 
-static void print_advice(struct answer *answer, const struct bringup_result *judged, size_t count)
+static void print_advice(struct answer *answer, const struct bringup_result *results, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
-        const struct bringup_result *j = &judged[i];
+        const struct bringup_result *j = &results[i];
         if (!j->verdict)
             continue;
         const char *what = !j->limit ? "unknown line: the image may be of a different version"
@@ -128,15 +129,15 @@ static void print_advice(struct answer *answer, const struct bringup_result *jud
  * a group that are within their limits. */
 static int check_values(const struct request *request, const struct bringup *b)
 {
-    static struct bringup_result judged[BRINGUP_RESULTS_MAX];
-    size_t count = bringup_check_limits(b, judged), verdicts[BRINGUP_WRONG + 1] = {0};
-    enum bringup_verdict worst = bringup_worst_verdict(judged, count);
+    static struct bringup_result results[BRINGUP_RESULTS_MAX];
+    size_t count = bringup_check_limits(b, results), verdicts[BRINGUP_WRONG + 1] = {0};
+    enum bringup_verdict worst = bringup_worst_verdict(results, count);
     const struct bringup_line *uid = bringup_find(b, "uid");
     json_t *lines = json_array();
     struct answer *answer = answer_new(request->cli->si);
     for (size_t i = 0; i < count; i++) {
-        verdicts[judged[i].verdict]++;
-        json_array_append_new(lines, line_to_json(&judged[i]));
+        verdicts[results[i].verdict]++;
+        json_array_append_new(lines, line_to_json(&results[i]));
     }
     answer_add_text(answer, "section", NULL, "%s", b->section);
     answer_add_text_or_missing(answer, "board", NULL, uid ? uid->value : NULL, NULL);
@@ -144,12 +145,12 @@ static int check_values(const struct request *request, const struct bringup *b)
     answer_add_json(answer, "lines", lines);
     answer_open_table(answer, NULL, b->section);
     for (size_t i = 0; i < count;) {
-        size_t group = find_group_size(judged, count, i);
-        print_row(answer, &judged[i], group);
+        size_t group = find_group_size(results, count, i);
+        print_row(answer, &results[i], group);
         i += group;
     }
     answer_close_group(answer);
-    print_advice(answer, judged, count);
+    print_advice(answer, results, count);
     answer_add_sentence(answer, NULL, "%zu ok, %zu to look at, %zu wrong", verdicts[BRINGUP_OK],
                         verdicts[BRINGUP_SUSPECT], verdicts[BRINGUP_WRONG]);
     return answer_print(request->cli, answer,

@@ -34,7 +34,7 @@ static enum mr_status find_image(const struct request *r, struct store *store,
     enum mr_status status = store_landing_get(store, r->run, &landing, error);
     if (status != MR_OK)
         return status;
-    replay_image_path_of_run(store, r->run, path, sizeof path);
+    replay_find_image_path(store, r->run, path, sizeof path);
     const char *elf = r->elf ? r->elf : path;
     bool same = imagefile_read(elf, &image, r->elf ? error : &unread) == MR_OK &&
                 image.has_header && landing.image_crc == (int64_t)image.header.program_crc;

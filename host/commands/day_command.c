@@ -79,7 +79,7 @@ struct day_plan {
 
 /* ---- facts ---- */
 
-static int64_t local_midnight_us(int64_t now_us)
+static int64_t compute_local_midnight_us(int64_t now_us)
 {
     time_t s = (time_t)(now_us / 1000000);
     struct tm day;
@@ -111,7 +111,8 @@ static void read_landings(struct store *store, struct day_status *f)
     struct store_landing landing;
     char note[STORE_JOURNAL_TEXT_SIZE];
     store_newest_logged_run_get(store, &f->run, fatal);
-    store_count_landings_since(store, local_midnight_us(f->now_us), &f->landings_today, fatal);
+    store_count_landings_since(store, compute_local_midnight_us(f->now_us), &f->landings_today,
+                               fatal);
     if (!f->run)
         return;
     store_landing_get(store, f->run, &landing, fatal);
@@ -231,7 +232,7 @@ static void day_status_read(struct store *store, int64_t now_us, struct day_stat
 
 static const struct {
     const char *key, *text;
-} step_words[DAY_STEPS] = {
+} step_texts[DAY_STEPS] = {
 #define DAY_STEP(NAME, key, text) [DAY_##NAME] = {#key, text},
     DAY_STEP_TABLE(DAY_STEP)
 #undef DAY_STEP
@@ -421,7 +422,7 @@ struct day {
     struct store *store;
     struct day_status facts;
     struct day_plan plan;
-    bool operator_known, weight_asked;
+    bool is_operator_known, has_asked_weight;
     struct error error; /* error of a step; printed and cleared after it */
 };
 
@@ -512,10 +513,10 @@ static bool ask_operator(struct day *day)
     char question[140], name[64];
     struct store_series *rows = NULL;
     size_t count = 0;
-    if (day->operator_known)
+    if (day->is_operator_known)
         return true;
     store_all_series_get(day->store, &rows, &count, fatal);
-    if (count && rows[count - 1].made_us >= local_midnight_us(day->facts.now_us))
+    if (count && rows[count - 1].made_us >= compute_local_midnight_us(day->facts.now_us))
         snprintf(name, sizeof name, "%.63s", rows[count - 1].who);
     else
         name[0] = '\0';
@@ -525,7 +526,7 @@ static bool ask_operator(struct day *day)
         return false;
     if (name[0])
         setenv("USER", name, 1);
-    day->operator_known = true;
+    day->is_operator_known = true;
     return true;
 }
 
@@ -542,15 +543,15 @@ static bool ask_weight(struct day *day)
     while (!weight[0] && --run_number > 0) {
         struct error none = {0};
         if (store_landing_get(day->store, run_number, &landing, &none) != MR_OK ||
-            landing.armed_us < local_midnight_us(day->facts.now_us))
+            landing.armed_us < compute_local_midnight_us(day->facts.now_us))
             break;
         store_change_get(day->store, run_number, "weight_lb", weight, NULL, fatal);
     }
-    if (!weight[0] && !day->weight_asked &&
+    if (!weight[0] && !day->has_asked_weight &&
         !day_ask("weight of the aircraft (such as 1300 lb; Enter: the value in the board): ",
                  weight, 40))
         return false;
-    day->weight_asked = true;
+    day->has_asked_weight = true;
     if (!weight[0])
         return true;
     snprintf(run_text, sizeof run_text, "%lld", (long long)day->facts.run);
@@ -713,8 +714,8 @@ static void print_list(const struct day *day)
            f->landings_today == 1 ? "" : "s", f->series[0] ? ", series " : "", f->series);
     for (enum day_step step = 0; step < DAY_STEPS; step++)
         printf("%c %d %-10s %-11s %s\n", step == plan->next ? '>' : ' ', (int)step + 1,
-               step_words[step].key, state_text(plan->state[step]), plan->reason[step]);
-    printf("Enter: %s: %s\n", step_words[plan->next].key, step_words[plan->next].text);
+               step_texts[step].key, state_text(plan->state[step]), plan->reason[step]);
+    printf("Enter: %s: %s\n", step_texts[plan->next].key, step_texts[plan->next].text);
     if (make_step_command_line(day, plan->next, &line)) {
         char *text = day_format_command_line(&line);
         printf("       %s\n", text);
@@ -750,7 +751,7 @@ static int show_day(const struct day *day)
     struct command_line line;
     struct answer *answer = answer_new(false);
     answer_add_text(answer, "db", NULL, "%s", day->r.db);
-    answer_add_text(answer, "next", NULL, "%s", step_words[day->plan.next].key);
+    answer_add_text(answer, "next", NULL, "%s", step_texts[day->plan.next].key);
     answer_add_text(answer, "reason", NULL, "%s", day->plan.reason[day->plan.next]);
     char *text = make_step_command_line(day, day->plan.next, &line) ? day_format_command_line(&line)
                                                                     : NULL;
@@ -762,7 +763,7 @@ static int show_day(const struct day *day)
     answer_open_table(answer, "steps", "");
     for (enum day_step step = 0; step < DAY_STEPS; step++) {
         answer_open_row(answer);
-        answer_add_text(answer, "step", NULL, "%s", step_words[step].key);
+        answer_add_text(answer, "step", NULL, "%s", step_texts[step].key);
         answer_add_text(answer, "state", NULL, "%s", state_text(day->plan.state[step]));
         answer_add_text(answer, "reason", NULL, "%s", day->plan.reason[step]);
     }

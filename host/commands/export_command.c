@@ -104,7 +104,7 @@ static void write_csv_row(const struct measured_landing *measured,
         const struct unit *unit = unit_get(moves ? UNIT_DISPLACEMENT : UNIT_TENSION, si);
         write_csv_cell(out, measured_value(channels[c], sample) * unit->factor, moves ? 5 : 3);
         uint8_t v = channels[c]->validity[sample];
-        validity[c] = (char)(v == MEASURED_LOST ? 'L' : v == MEASURED_NOT_VALID ? 'n' : '0' + v);
+        validity[c] = (char)(v == MEASURED_MISSING ? 'L' : v == MEASURED_INVALID ? 'n' : '0' + v);
         source[c] = measured_source_letter((enum measured_source)channels[c]->source[sample]);
     }
     validity[count] = source[count] = '\0';
@@ -218,7 +218,7 @@ static void write_export(struct store *store, int64_t run, const struct request 
 }
 
 /* Finds the format of a file extension; NULL: unknown. */
-static const char *find_format_of_path(const char *path)
+static const char *find_format_by_extension(const char *path)
 {
     static const char *const endings[][2] = {
         {".csv", "csv"},
@@ -237,7 +237,7 @@ static const char *find_format_of_path(const char *path)
  * contradict each other. Film frames have the extension of CSV. */
 static void find_format(struct request *r)
 {
-    const char *ending = find_format_of_path(r->path);
+    const char *ending = find_format_by_extension(r->path);
     bool table = ending && strcmp(ending, "csv") == 0;
     if (!r->format)
         r->format = ending;

@@ -271,7 +271,7 @@ static bool wait_for_firmware(struct session *session, double within_s)
     return heard;
 }
 
-static const char *board_name(unsigned board)
+static const char *get_board_name(unsigned board)
 {
     const struct mr_board *known = mr_board_by_number(board);
     return known ? known->name : "a board unknown to this matrig";
@@ -288,7 +288,7 @@ static void check_board(struct session *session)
         error_set(fatal, MR_VERSION,
                   "the board is %s, but the image is for %s: %s; give the image for this board, or "
                   "--force",
-                  board_name(identity->board_type), board_name(session->image.header.board),
+                  get_board_name(identity->board_type), get_board_name(session->image.header.board),
                   session->spec);
 }
 
@@ -384,7 +384,7 @@ static void add_image(const struct imagefile *image, struct answer *answer)
                     header->patch);
     answer_add_text(answer, "commit", "commit", "%s", commit);
     answer_add_text(answer, "program_crc", "program", "%08x", (unsigned)header->program_crc);
-    answer_add_text(answer, "for_board", "for board", "%s", board_name(header->board));
+    answer_add_text(answer, "for_board", "for board", "%s", get_board_name(header->board));
 }
 
 static void add_result(const struct session *session, bool already, struct answer *answer)

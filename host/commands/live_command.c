@@ -23,7 +23,7 @@
 /* time after the end of a landing until its outcome is shown: the log stores the last data */
 #define OUTCOME_DELAY_MS    1000
 
-struct watch {
+struct live_view {
     const struct cli *cli;
     struct store *store;
     struct store_follow_position position;
@@ -40,94 +40,93 @@ struct watch {
 
 static void handle_frame(void *context, const struct store_frame *frame)
 {
-    struct watch *watch = context;
+    struct live_view *view = context;
     bool foreign = frame->link == LINK_CAN &&
                    frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR);
     struct mr_message message;
     if (frame->id > UINT16_MAX || foreign || frame->link < 0 || frame->link >= LINK_KINDS ||
         mr_message_decode(&message, (uint16_t)frame->id, frame->data, frame->length) != MR_OK)
         return;
-    live_hub_add_message(watch->hub, &(struct collector_event){.link = (enum link_kind)frame->link,
-                                                               .message = &message,
-                                                               .host_us = (uint64_t)frame->host_us,
-                                                               .board_us = frame->board_us});
+    live_hub_add_message(view->hub, &(struct collector_event){.link = (enum link_kind)frame->link,
+                                                              .message = &message,
+                                                              .host_us = (uint64_t)frame->host_us,
+                                                              .board_us = frame->board_us});
 }
 
 static void handle_record(void *context, const uint8_t *record, size_t length, int64_t host_us)
 {
-    struct watch *watch = context;
+    struct live_view *view = context;
     struct mr_block block;
     if (mr_block_decode(&block, record, length) == MR_OK)
-        live_hub_add_record(watch->hub, &block, host_us);
+        live_hub_add_record(view->hub, &block, host_us);
 }
 
 /* Reads new frames and records, and if a new session has begun, its links. */
-static enum mr_status poll_campaign(struct watch *watch, struct error *error)
+static enum mr_status poll_campaign(struct live_view *view, struct error *error)
 {
-    const struct store_follower follower = {handle_frame, handle_record, watch};
+    const struct store_follower follower = {handle_frame, handle_record, view};
     int64_t session = 0;
     bool more = true;
     enum mr_status status = MR_OK;
     for (int turn = 0; more && turn < 1 + FRAMES_AT_START_MAX / FRAMES_PER_POLL && status == MR_OK;
          turn++)
-        status = store_follow(watch->store, &watch->position, FRAMES_PER_POLL, &follower, &more,
+        status = store_follow(view->store, &view->position, FRAMES_PER_POLL, &follower, &more,
                               error);
     if (status == MR_OK)
-        status = store_newest_session_get(watch->store, &session, error);
-    if (status == MR_OK && session != watch->session) {
-        watch->session = session;
-        status = store_session_get(watch->store, session, &watch->links, error);
-        watch->source.can = watch->links.can_link[0] ? watch->links.can_link : NULL;
-        watch->source.serial = watch->links.serial_link[0] ? watch->links.serial_link : NULL;
+        status = store_newest_session_get(view->store, &session, error);
+    if (status == MR_OK && session != view->session) {
+        view->session = session;
+        status = store_session_get(view->store, session, &view->links, error);
+        view->source.can = view->links.can_link[0] ? view->links.can_link : NULL;
+        view->source.serial = view->links.serial_link[0] ? view->links.serial_link : NULL;
     }
     for (int kind = 0; kind < LINK_KINDS && session && status == MR_OK; kind++) {
         struct store_link_counts counts;
         bool found;
-        status = store_link_get(watch->store, session, kind, &counts, &found, error);
+        status = store_link_get(view->store, session, kind, &counts, &found, error);
         if (status == MR_OK && found)
-            live_hub_set_counts(watch->hub, (enum link_kind)kind, &counts);
+            live_hub_set_counts(view->hub, (enum link_kind)kind, &counts);
     }
-    live_hub_publish_due_events(watch->hub);
+    live_hub_publish_due_events(view->hub);
     return status;
 }
 
 /* Shows the outcome of the newest landing `delay_ms` after its end, in the words of matrig show. */
-static enum mr_status show_outcome(struct watch *watch, int64_t delay_ms, struct error *error)
+static enum mr_status show_outcome(struct live_view *view, int64_t delay_ms, struct error *error)
 {
     struct store_landing *row = NULL;
     size_t count = 0;
     int64_t now_ms = monotonic_ms(), run = 0;
-    if (watch->last_check_ms && now_ms - watch->last_check_ms < OUTCOME_DELAY_MS / 2)
+    if (view->last_check_ms && now_ms - view->last_check_ms < OUTCOME_DELAY_MS / 2)
         return MR_OK;
-    watch->last_check_ms = now_ms;
-    enum mr_status status = store_landings_get(watch->store, &row, &count, error);
+    view->last_check_ms = now_ms;
+    enum mr_status status = store_landings_get(view->store, &row, &count, error);
     if (status == MR_OK && count && row[count - 1].state == MR_LANDING_DONE)
         run = row[count - 1].id;
     free(row);
-    if (run != watch->finished_run) {
-        watch->finished_run = run;
-        watch->finished_ms = now_ms;
-        watch->is_outcome_shown = false;
+    if (run != view->finished_run) {
+        view->finished_run = run;
+        view->finished_ms = now_ms;
+        view->is_outcome_shown = false;
     }
-    if (status != MR_OK || !run || watch->is_outcome_shown ||
-        now_ms - watch->finished_ms < delay_ms)
+    if (status != MR_OK || !run || view->is_outcome_shown || now_ms - view->finished_ms < delay_ms)
         return status;
     struct summary summary;
     char line[OUTCOME_LINE_SIZE], words[OUTCOME_LINE_SIZE + 40];
-    watch->is_outcome_shown = true;
-    status = summary_load(watch->store, run, &summary, error)
-               ?: summary_load_outcome(watch->store, &summary, error);
+    view->is_outcome_shown = true;
+    status = summary_load(view->store, run, &summary, error)
+               ?: summary_load_outcome(view->store, &summary, error);
     if (status == MR_OK) {
         snprintf(words, sizeof words, "RUN %lld: %s", (long long)run,
                  outcome_record_format_line(&summary.outcome, line));
-        live_hub_add_outcome(watch->hub, words);
+        live_hub_add_outcome(view->hub, words);
     }
     summary_free(&summary);
     return status;
 }
 
 /* Shows new data until a signal arrives. */
-static enum mr_status run_watch(struct watch *watch, struct error *error)
+static enum mr_status run_live_view(struct live_view *view, struct error *error)
 {
     sigset_t set;
     cli_fill_termination_signals(&set);
@@ -136,7 +135,7 @@ static enum mr_status run_watch(struct watch *watch, struct error *error)
                              .events = POLLIN};
     enum mr_status status = MR_OK;
     while (status == MR_OK) {
-        status = poll_campaign(watch, error) ?: show_outcome(watch, OUTCOME_DELAY_MS, error);
+        status = poll_campaign(view, error) ?: show_outcome(view, OUTCOME_DELAY_MS, error);
         if (status == MR_OK && poll(&signals, 1, POLL_MS) > 0)
             break;
     }
@@ -144,28 +143,28 @@ static enum mr_status run_watch(struct watch *watch, struct error *error)
     return status;
 }
 
-static void open_watch(struct watch *watch, const char *db, const char *port)
+static void open_live_view(struct live_view *view, const char *db, const char *port)
 {
-    watch->store = program_open_campaign(db, STORE_READ);
-    watch->source = (struct live_source){
+    view->store = program_open_campaign(db, STORE_READ);
+    view->source = (struct live_source){
         .db = db,
-        .uses_si = watch->cli->si,
+        .uses_si = view->cli->si,
         .no_commands_reason =
             "arm and disarm on the page of the matrig log that uses the links (--live)"};
-    store_follow_begin(watch->store, FRAMES_AT_START_MAX, &watch->position, fatal);
-    live_hub_open(&watch->source, &watch->hub, fatal);
-    if (watch->cli->json)
+    store_follow_begin(view->store, FRAMES_AT_START_MAX, &view->position, fatal);
+    live_hub_open(&view->source, &view->hub, fatal);
+    if (view->cli->json)
         return;
-    live_server_open(port, watch->hub, &watch->server, fatal);
-    fprintf(stderr, "live: %s\n", live_server_url(watch->server));
+    live_server_open(port, view->hub, &view->server, fatal);
+    fprintf(stderr, "live: %s\n", live_server_url(view->server));
     fflush(stderr);
 }
 
-static int print_snapshot(struct watch *watch, struct error *error)
+static int print_snapshot(struct live_view *view, struct error *error)
 {
-    if (poll_campaign(watch, error) != MR_OK || show_outcome(watch, 0, error) != MR_OK)
+    if (poll_campaign(view, error) != MR_OK || show_outcome(view, 0, error) != MR_OK)
         return cli_fail(error);
-    char *text = live_hub_snapshot(watch->hub);
+    char *text = live_hub_snapshot(view->hub);
     json_t *snapshot = text ? json_loads(text, 0, NULL) : NULL;
     free(text);
     return cli_print_json(snapshot, 0);
@@ -180,16 +179,16 @@ static int live_command(int argc, char **argv, const struct cli *cli)
     const char *db = NULL;
     struct request r = {0};
     struct error error = {0};
-    struct watch watch = {.cli = cli};
+    struct live_view view = {.cli = cli};
     command_parse(&command_live, argc, argv, cli, &r, &db, fatal);
-    open_watch(&watch, db, r.port ? r.port : "8473");
+    open_live_view(&view, db, r.port ? r.port : "8473");
     int exit_code = 0;
     if (cli->json)
-        exit_code = print_snapshot(&watch, &error);
-    else if (run_watch(&watch, &error) != MR_OK)
+        exit_code = print_snapshot(&view, &error);
+    else if (run_live_view(&view, &error) != MR_OK)
         exit_code = cli_fail(&error);
-    live_server_close(watch.server, "matrig live has ended");
-    live_hub_close(watch.hub);
+    live_server_close(view.server, "matrig live has ended");
+    live_hub_close(view.hub);
     return exit_code;
 }
 

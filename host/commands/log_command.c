@@ -157,7 +157,7 @@ static enum mr_status collect_data(struct logger *logger, int signals, double du
         if (status != MR_OK)
             return status;
         check_clock(logger);
-        logger_ask_for_configuration(logger);
+        logger_request_configuration(logger);
         logger_send_live_command(logger);
         logger_note_answers(logger);
         typed_commands_update(logger);

@@ -61,7 +61,7 @@ static struct store *open_campaign(const struct request *request, struct ready_i
 }
 
 static int show_report(const struct cli *cli, const char *kind, const struct ready_report *report,
-                       const struct identity *identity, int64_t made_us, double took_s)
+                       const struct identity *identity, int64_t made_us, double duration_s)
 {
     int exit_code = ready_verdict(report) == READY_GO ? 0 : mr_status_exit_code(MR_LIMIT);
     char uid[IDENTITY_UID_SIZE];
@@ -70,9 +70,10 @@ static int show_report(const struct cli *cli, const char *kind, const struct rea
         return cli_print_json(json_pack("{sssssssIsoso}", "kind", kind, "verdict",
                                         ready_verdict(report) == READY_GO ? "go" : "no-go", "board",
                                         uid, "made_us", (json_int_t)made_us, "took_s",
-                                        cli_json_number(took_s, 4), "checks", ready_json(report)),
+                                        cli_json_number(duration_s, 4), "checks",
+                                        ready_json(report)),
                               exit_code);
-    ready_print(report, took_s, cli_terminal_columns(), stdout);
+    ready_print(report, duration_s, cli_terminal_columns(), stdout);
     return exit_code;
 }
 

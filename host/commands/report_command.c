@@ -45,7 +45,7 @@ static int report_command(int argc, char **argv, const struct cli *cli)
     report_begin(&report, r.include_voided, fatal);
     /* the file is created only when the page is complete */
     output_begin(&output, r.path, fatal);
-    page_write(&report, output.file, fatal);
+    report_write_page(&report, output.file, fatal);
     output_end(&output, fatal);
     size_t landings = report.landings;
     report_free(&report);

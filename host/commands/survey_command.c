@@ -21,7 +21,7 @@
 
 /* ---- results of a survey ---- */
 
-static void add_survey_head(const struct survey *survey, struct answer *answer)
+static void add_survey_heading(const struct survey *survey, struct answer *answer)
 {
     const struct store_gage_survey *row = &survey->row;
     bool ended = row->ended_us != STORE_NONE;
@@ -234,7 +234,7 @@ static void add_survey(const struct survey *survey, const struct survey_results 
                        struct answer *answer)
 {
     const struct unit *length = unit_get(UNIT_DISPLACEMENT, answer_is_si(answer));
-    add_survey_head(survey, answer);
+    add_survey_heading(survey, answer);
     answer_add_text(answer, "length_unit", NULL, "%s", length->text);
     if (found->previous_survey)
         answer_add_count(answer, "since", "compared with survey", found->previous_survey);
@@ -473,9 +473,9 @@ static void read_sheet(struct entry_session *session)
 /* ---- one run of the command ---- */
 
 /* readings that differ by less are identical; a caliper resolves 0.0005 in */
-#define SAME_READING_TOLERANCE_IN 1e-6
+#define EQUAL_READING_TOLERANCE_IN 1e-6
 /* two different surveys never have this many identical readings */
-#define SAME_READINGS_MIN         10u
+#define EQUAL_READINGS_MIN         10u
 
 /* Refuses a sheet with the readings of the newest survey, because the result would be a runway that
  * has not moved. */
@@ -490,11 +490,11 @@ static void refuse_identical_sheet(const struct request *request, struct store *
         return;
     for (size_t i = 0; i < newest.progress.plan.count; i++) {
         read += isnan(sheet->value_in[i]) ? 0u : 1u;
-        same += fabs(sheet->value_in[i] - newest.progress.value_in[i]) < SAME_READING_TOLERANCE_IN
+        same += fabs(sheet->value_in[i] - newest.progress.value_in[i]) < EQUAL_READING_TOLERANCE_IN
                   ? 1u
                   : 0u;
     }
-    if (same == read && read >= SAME_READINGS_MIN)
+    if (same == read && read >= EQUAL_READINGS_MIN)
         error_set(fatal, MR_LIMIT,
                   "all %zu readings equal those of survey %lld: %s; give the sheet of the new "
                   "survey, or accept all readings with --doubtful",

@@ -493,9 +493,9 @@ static const char *find_most_frequent_reason(const struct measured_landing *meas
         counts[channel->validity[i]]++;
     for (size_t v = 1; v < 256; v++)
         most = counts[v] > counts[most ? most : 1] || !most ? v : most;
-    return most == MEASURED_LOST      ? "it was not received"
-         : most == MEASURED_NOT_VALID ? "not valid"
-                                      : mr_validity_text((unsigned)most);
+    return most == MEASURED_MISSING ? "it was not received"
+         : most == MEASURED_INVALID ? "not valid"
+                                    : mr_validity_text((unsigned)most);
 }
 
 static bool is_usable(const struct measured_landing *measured,

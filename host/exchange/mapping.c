@@ -81,7 +81,7 @@ bool signal_extract_value(const struct import_signal *signal, const struct link_
 
 /* ---- names ---- */
 
-static bool parse_number_after(const char *text, size_t letters, unsigned most, unsigned *number)
+static bool parse_number_suffix(const char *text, size_t letters, unsigned most, unsigned *number)
 {
     char *end;
     if (!isdigit((unsigned char)text[letters]))
@@ -102,10 +102,10 @@ static bool parse_channel_name(const char *text, struct mapping_channel *channel
                   : text[0] == 't' ? MAPPING_TENSION
                                    : MAPPING_SWITCH;
     if (text[0] == 'd' || text[0] == 't')
-        return parse_number_after(text, 1, text[0] == 'd' ? MR_TRANSDUCERS : MR_GAGES,
-                                  &channel->number);
+        return parse_number_suffix(text, 1, text[0] == 'd' ? MR_TRANSDUCERS : MR_GAGES,
+                                   &channel->number);
     return strncmp(text, "switch", 6) == 0 &&
-           parse_number_after(text, 6, SWITCH_NUMBER_MAX, &channel->number);
+           parse_number_suffix(text, 6, SWITCH_NUMBER_MAX, &channel->number);
 }
 
 /* Returns the factor from `unit` to the unit of the role; 0: not a unit of this kind. */

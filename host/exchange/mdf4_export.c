@@ -101,7 +101,7 @@ enum { MDF4_AT_NEXT, MDF4_AT_NAME, MDF4_AT_MIME, MDF4_AT_COMMENT, MDF4_AT_LINK_C
 
 /* ---- bytes ---- */
 
-static void put_integer(uint8_t *at, uint64_t value, unsigned bytes)
+static void encode_integer(uint8_t *at, uint64_t value, unsigned bytes)
 {
     for (unsigned i = 0; i < bytes; i++)
         at[i] = (uint8_t)(value >> 8 * i);
@@ -138,11 +138,11 @@ static uint64_t append_block(struct mdf4 *file, const char *id, const uint64_t *
     uint8_t *at = extend_file(file, length);
     memcpy(at, "##", 2);
     memcpy(at + 2, id, 2);
-    put_integer(at + 8, length, 8);
-    put_integer(at + 16, link_count, 8);
+    encode_integer(at + 8, length, 8);
+    encode_integer(at + 16, link_count, 8);
     at += MDF4_BLOCK_HEADER_BYTES;
     for (unsigned i = 0; i < link_count; i++, at += 8)
-        put_integer(at, links[i], 8);
+        encode_integer(at, links[i], 8);
     if (data_bytes)
         memcpy(at, data, data_bytes);
     if (more_bytes)
@@ -157,7 +157,7 @@ static uint64_t append_text(struct mdf4 *file, const char *id, const char *text)
 
 static void set_link(struct mdf4 *file, uint64_t address, unsigned link, uint64_t to)
 {
-    put_integer(file->content + address + MDF4_BLOCK_HEADER_BYTES + 8u * link, to, 8);
+    encode_integer(file->content + address + MDF4_BLOCK_HEADER_BYTES + 8u * link, to, 8);
 }
 
 /* Writes an MD block: one XML element with escaped text. */
@@ -192,7 +192,7 @@ static uint64_t append_history(struct mdf4 *file, uint64_t start_ns, const char 
         "<tool_id>matrig</tool_id><tool_vendor>matrig</tool_vendor><tool_version>%s</tool_version>",
         tool_version);
     links[MDF4_FH_COMMENT] = append_comment(file, "FHcomment", "exported", tool);
-    put_integer(data, start_ns, 8);
+    encode_integer(data, start_ns, 8);
     return append_block(file, "FH", links, MDF4_FH_LINK_COUNT, data, sizeof data, NULL, 0);
 }
 
@@ -202,10 +202,10 @@ static void mdf4_begin(struct mdf4 *file, uint64_t start_ns, const char *comment
     memset(file, 0, sizeof *file);
     uint8_t *id = extend_file(file, 64);
     memcpy(id, "MDF     4.10    matrig  ", 24);
-    put_integer(id + 28, 410, 2);
+    encode_integer(id + 28, 410, 2);
     uint64_t links[MDF4_HD_LINK_COUNT] = {0};
     uint8_t data[32] = {0};
-    put_integer(data, start_ns, 8);
+    encode_integer(data, start_ns, 8);
     /* the HD block must be at address 64, where readers expect it */
     file->header_block = append_block(file, "HD", links, MDF4_HD_LINK_COUNT, data, sizeof data,
                                       NULL, 0);
@@ -230,13 +230,13 @@ static uint64_t mdf4_attach(struct mdf4 *file, const char *name, const char *mim
     uint8_t data[40] = {0};
     links[MDF4_AT_NAME] = append_text(file, "TX", name);
     links[MDF4_AT_MIME] = append_text(file, "TX", mime_type);
-    put_integer(data, MDF4_AT_EMBEDDED | MDF4_AT_MD5, 2);
+    encode_integer(data, MDF4_AT_EMBEDDED | MDF4_AT_MD5, 2);
     MD5_CTX md5;
     MD5Init(&md5);
     MD5Update(&md5, bytes, length);
     MD5Final(data + 8, &md5);
-    put_integer(data + 24, length, 8);
-    put_integer(data + 32, length, 8);
+    encode_integer(data + 24, length, 8);
+    encode_integer(data + 32, length, 8);
     uint64_t address = append_block(file, "AT", links, MDF4_AT_LINK_COUNT, data, sizeof data, bytes,
                                     length);
     set_link(file, file->header_block, MDF4_HD_FIRST_AT, address);
@@ -269,10 +269,10 @@ static void mdf4_begin_table(struct mdf4 *file, const char *name, const char *co
     group[MDF4_CG_NAME] = append_text(file, "TX", name);
     group[MDF4_CG_SOURCE] = can_channel ? append_can_source(file, can_channel) : 0;
     group[MDF4_CG_COMMENT] = append_comment(file, "CGcomment", comment, "");
-    put_integer(data + 16, can_channel ? MDF4_CG_BUS_EVENT | MDF4_CG_PLAIN_BUS_EVENT : 0u, 2);
-    put_integer(data + 18, '.', 2); /* character between the names of channel and part */
-    put_integer(data + 24, row_bytes, 4);
-    put_integer(data + 28, invalid_bytes, 4);
+    encode_integer(data + 16, can_channel ? MDF4_CG_BUS_EVENT | MDF4_CG_PLAIN_BUS_EVENT : 0u, 2);
+    encode_integer(data + 18, '.', 2); /* character between the names of channel and part */
+    encode_integer(data + 24, row_bytes, 4);
+    encode_integer(data + 28, invalid_bytes, 4);
     file->channel_group = append_block(file, "CG", group, MDF4_CG_LINK_COUNT, data, sizeof data,
                                        NULL, 0);
     set_link(file, file->data_group, MDF4_DG_FIRST_CG, file->channel_group);
@@ -293,14 +293,14 @@ static void mdf4_add_channel(struct mdf4 *file, const struct mdf4_add_channel *c
     data[0] = channel->is_time_channel ? MDF4_CN_TYPE_MASTER : 0;
     data[1] = channel->is_time_channel ? MDF4_CN_SYNC_TIME : 0;
     data[2] = (uint8_t)channel->type;
-    put_integer(data + 4, channel->offset, 4);
-    put_integer(data + 8, 8u * channel->bytes, 4);
-    put_integer(data + 12,
-                (channel->invalid_bit ? MDF4_CN_INVALIDATION : 0u) |
-                    (channel->has_parts || file->parent_channel ? MDF4_CN_BUS_EVENT : 0u),
-                4);
-    put_integer(data + 16, channel->invalid_bit ? channel->invalid_bit - 1 : 0u, 4);
-    put_integer(data + 22, channel->attachment ? 1u : 0u, 2);
+    encode_integer(data + 4, channel->offset, 4);
+    encode_integer(data + 8, 8u * channel->bytes, 4);
+    encode_integer(data + 12,
+                   (channel->invalid_bit ? MDF4_CN_INVALIDATION : 0u) |
+                       (channel->has_parts || file->parent_channel ? MDF4_CN_BUS_EVENT : 0u),
+                   4);
+    encode_integer(data + 16, channel->invalid_bit ? channel->invalid_bit - 1 : 0u, 4);
+    encode_integer(data + 22, channel->attachment ? 1u : 0u, 2);
     uint64_t address = append_block(file, "CN", links,
                                     MDF4_CN_LINK_COUNT + (channel->attachment ? 1u : 0u), data,
                                     sizeof data, NULL, 0);
@@ -326,14 +326,14 @@ static void mdf4_add_row(struct mdf4 *file, const uint8_t *row)
 
 static void mdf4_end_table(struct mdf4 *file)
 {
-    put_integer(file->content + file->channel_group + MDF4_BLOCK_HEADER_BYTES +
-                    8u * MDF4_CG_LINK_COUNT + MDF4_CG_CYCLES,
-                file->row_count, 8);
+    encode_integer(file->content + file->channel_group + MDF4_BLOCK_HEADER_BYTES +
+                       8u * MDF4_CG_LINK_COUNT + MDF4_CG_CYCLES,
+                   file->row_count, 8);
     if (file->rows_block)
-        put_integer(file->content + file->rows_block + 8,
-                    MDF4_BLOCK_HEADER_BYTES +
-                        file->row_count * (file->row_bytes + file->invalidation_bytes),
-                    8);
+        encode_integer(file->content + file->rows_block + 8,
+                       MDF4_BLOCK_HEADER_BYTES +
+                           file->row_count * (file->row_bytes + file->invalidation_bytes),
+                       8);
 }
 
 static void mdf4_write(struct mdf4 *file, FILE *out)
@@ -354,8 +354,8 @@ static void mdf4_write(struct mdf4 *file, FILE *out)
 
 /* kinds of CAN frames; each kind has a separate table */
 enum frame_kind { FRAME_DATA, FRAME_REMOTE, FRAME_ERROR, FRAME_KIND_COUNT };
-static const char *const frame_names[FRAME_KIND_COUNT] = {"CAN_DataFrame", "CAN_RemoteFrame",
-                                                          "CAN_ErrorFrame"};
+static const char *const frame_kind_names[FRAME_KIND_COUNT] = {"CAN_DataFrame", "CAN_RemoteFrame",
+                                                               "CAN_ErrorFrame"};
 
 struct export_context {
     const struct summary *summary;
@@ -451,8 +451,9 @@ static void mark_invalid(uint8_t *row, unsigned row_bytes, unsigned bit)
     row[row_bytes + bit / 8] |= (uint8_t)(1u << bit % 8);
 }
 
-static void put_reading_row(struct export_context *place, const struct measured_channel **channels,
-                            unsigned count, size_t sample, bool si)
+static void append_reading_row(struct export_context *place,
+                               const struct measured_channel **channels, unsigned count,
+                               size_t sample, bool si)
 {
     const struct measured_landing *measured = &place->summary->measured;
     uint8_t row[8 * READING_FIXED_COLUMNS + 4 * MR_CHANNELS + 8] = {0};
@@ -480,7 +481,7 @@ static void put_reading_row(struct export_context *place, const struct measured_
     place->row_count++;
 }
 
-static void put_readings(struct export_context *place, bool si)
+static void append_readings(struct export_context *place, bool si)
 {
     const struct measured_landing *measured = &place->summary->measured;
     const struct measured_channel *channels[MR_CHANNELS];
@@ -489,7 +490,7 @@ static void put_readings(struct export_context *place, bool si)
         return;
     describe_readings(place, channels, count, si);
     for (size_t i = 0; i < measured->samples; i++)
-        put_reading_row(place, channels, count, i, si);
+        append_reading_row(place, channels, count, i, si);
     mdf4_end_table(place->file);
 }
 
@@ -529,7 +530,7 @@ static uint8_t get_bus_error_type(const struct store_frame *frame)
     return MDF4_ERROR_OTHER;
 }
 
-static enum mr_status put_frame(void *context, const struct store_frame *frame)
+static enum mr_status append_frame(void *context, const struct store_frame *frame)
 {
     struct export_context *place = context;
     uint8_t row[FRAME_ROW_BYTES] = {0};
@@ -544,7 +545,7 @@ static enum mr_status put_frame(void *context, const struct store_frame *frame)
     if (place->kind == FRAME_ERROR) {
         row[9] = get_bus_error_type(frame);
     } else {
-        put_integer(row + 9, link_id_to_bus(frame->id, place->can_base) & CAN_EFF_MASK, 4);
+        encode_integer(row + 9, link_id_to_bus(frame->id, place->can_base) & CAN_EFF_MASK, 4);
         row[13] = (frame->id & LINK_ID_EXTENDED) != 0;
         row[14] = (uint8_t)frame->length;
     }
@@ -570,7 +571,7 @@ static void describe_frames(struct mdf4 *file, enum frame_kind kind, uint64_t db
         "frames of the board's CAN bus as received",
         "remote frames of the board's CAN bus, which request DLC bytes and carry none",
         "errors of the board's CAN bus, as reported by the adapter"};
-    const char *name = frame_names[kind];
+    const char *name = frame_kind_names[kind];
     mdf4_begin_table(file, name, comments[kind], FRAME_ROW_BYTES, 0, 1);
     mdf4_add_channel(file, &(struct mdf4_add_channel){.name = "Timestamp",
                                                       .unit = "s",
@@ -595,8 +596,8 @@ static void describe_frames(struct mdf4 *file, enum frame_kind kind, uint64_t db
     }
 }
 
-static enum mr_status put_frames(struct export_context *place, struct store *store, int64_t run,
-                                 struct error *error)
+static enum mr_status append_frames(struct export_context *place, struct store *store, int64_t run,
+                                    struct error *error)
 {
     size_t length = 0;
     char *dbc = NULL;
@@ -612,7 +613,7 @@ static enum mr_status put_frames(struct export_context *place, struct store *sto
             continue;
         describe_frames(place->file, place->kind, attached);
         memset(place->frame_count, 0, sizeof place->frame_count);
-        status = store_frames_for_each(store, run, LINK_CAN, put_frame, place, error);
+        status = store_frames_for_each(store, run, LINK_CAN, append_frame, place, error);
         mdf4_end_table(place->file);
     }
     return status;
@@ -690,9 +691,9 @@ enum mr_status export_mdf4(struct store *store, int64_t run, FILE *out, const st
             (long long)run, store_path(store));
     if (status == MR_OK) {
         begin_file(&file, &summary, place.zero_us, cli);
-        put_readings(&place, cli->si);
+        append_readings(&place, cli->si);
         if (frames)
-            status = put_frames(&place, store, run, error);
+            status = append_frames(&place, store, run, error);
         mdf4_write(&file, out);
         *rows = place.row_count;
     }

@@ -46,7 +46,7 @@ static void close_bucket(struct live_buckets *b, struct live_bucket *bucket)
 }
 
 /* Closes the open buckets up to `last`, in order. */
-static void close_buckets_to(struct live_buckets *b, int64_t last)
+static void close_buckets_until(struct live_buckets *b, int64_t last)
 {
     for (;;) {
         struct live_bucket *oldest = NULL;
@@ -66,7 +66,7 @@ bool live_buckets_advance(struct live_buckets *b, enum link_kind link, int64_t b
 {
     bool again = block >= 0 && b->newest_block[link] - block >= RESTART_MIN_BLOCKS;
     if (again) {
-        close_buckets_to(b, INT64_MAX);
+        close_buckets_until(b, INT64_MAX);
         reset_buckets(b);
         b->restart_count++;
     }
@@ -84,7 +84,7 @@ static struct live_bucket *find_bucket(struct live_buckets *b, int64_t block)
         b->late_reading_count += block >= 0;
         return NULL;
     }
-    close_buckets_to(b, number - LIVE_OPEN_BUCKETS_MAX);
+    close_buckets_until(b, number - LIVE_OPEN_BUCKETS_MAX);
     /* the old content is of a bucket LIVE_OPEN_BUCKETS_MAX earlier, which is already closed */
     if (bucket->number != number) {
         bucket->number = number;
@@ -213,7 +213,7 @@ void live_buckets_close_complete(struct live_buckets *b)
     int64_t passed = live_buckets_newest_block(b), behind = can < serial ? can : serial;
     if (behind >= 0 && passed - behind < LINK_SILENCE_MIN_BLOCKS)
         passed = behind;
-    close_buckets_to(b, (passed - SENDING_DELAY_MAX_BLOCKS) / LIVE_BUCKET_BLOCKS - 1);
+    close_buckets_until(b, (passed - SENDING_DELAY_MAX_BLOCKS) / LIVE_BUCKET_BLOCKS - 1);
 }
 
 unsigned live_buckets_pop(struct live_buckets *b, struct live_bucket *out, unsigned most)

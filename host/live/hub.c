@@ -171,7 +171,7 @@ static json_t *make_configuration_json(const struct live_source *source)
         (int)MR_TRANSDUCERS, "emulated_lot", (int)MR_EMULATED_LOT);
 }
 
-static void put_number(FILE *out, const char *key, double value, int digits)
+static void write_number(FILE *out, const char *key, double value, int digits)
 {
     if (isfinite(value))
         fprintf(out, ",\"%s\":%.*g", key, digits, value);
@@ -179,12 +179,12 @@ static void put_number(FILE *out, const char *key, double value, int digits)
         fprintf(out, ",\"%s\":null", key);
 }
 
-static void put_integer(FILE *out, const char *key, long long value)
+static void write_integer(FILE *out, const char *key, long long value)
 {
     fprintf(out, ",\"%s\":%lld", key, value);
 }
 
-static void put_text(FILE *out, const char *key, const char *text)
+static void write_text(FILE *out, const char *key, const char *text)
 {
     fprintf(out, ",\"%s\":\"%s\"", key, text);
 }
@@ -199,31 +199,31 @@ static void write_message_json(FILE *out, const struct collector_event *event)
     const struct mr_message *message = event->message;
     char line[160];
     fprintf(out, "{\"m\":\"%s\"", message->info->name);
-    put_integer(out, "t", (long long)event->host_us);
-    put_integer(out, "l", event->link);
+    write_integer(out, "t", (long long)event->host_us);
+    write_integer(out, "l", event->link);
     if (event->board_us == STORE_NONE)
         fputs(",\"b\":null", out);
     else
-        put_integer(out, "b", event->board_us / 1000);
+        write_integer(out, "b", event->board_us / 1000);
     switch (message->index) {
 #define MESSAGE(name, NAME, id, direction, text) \
     case MR_INDEX_##NAME: {                      \
         const struct mr_##name *m = &message->as.name;
-#define INTEGER(name, type, field, unit, text) put_integer(out, #field, (long long)m->field);
+#define INTEGER(name, type, field, unit, text) write_integer(out, #field, (long long)m->field);
 #define ENUMERATED(name, type, field, values, text) \
-    put_integer(out, #field, (long long)m->field);  \
-    put_text(out, #field "_text", mr_##values##_text((unsigned)m->field));
+    write_integer(out, #field, (long long)m->field);  \
+    write_text(out, #field "_text", mr_##values##_text((unsigned)m->field));
 #define REAL(name, type, field, counts_per_unit, unit, text) \
-    put_number(out, #field, (double)m->field, 7);
-#define FLOAT(name, field, unit, text) put_number(out, #field, (double)m->field, 7);
+    write_number(out, #field, (double)m->field, 7);
+#define FLOAT(name, field, unit, text) write_number(out, #field, (double)m->field, 7);
 #define QUANTITY(name, NAME, kind, suffix, words, unit, decimals, of, its_error)   \
-    put_text(out, "quantity", mr_quantity_at(MR_QUANTITY_##kind)->key);            \
-    put_number(out, "value", (double)(of), 9);                                     \
-    put_number(out, "error", (double)(its_error), 9);
+    write_text(out, "quantity", mr_quantity_at(MR_QUANTITY_##kind)->key);            \
+    write_number(out, "value", (double)(of), 9);                                     \
+    write_number(out, "error", (double)(its_error), 9);
 #define LIVE_NOTICE(name, NAME, severe, ...)  \
     snprintf(line, sizeof line, __VA_ARGS__); \
-    put_text(out, "severity", #severe);       \
-    put_text(out, "notice", line);
+    write_text(out, "severity", #severe);       \
+    write_text(out, "notice", line);
 #define END_MESSAGE(name, NAME) \
     break;                      \
     }
@@ -234,7 +234,7 @@ static void write_message_json(FILE *out, const struct collector_event *event)
 }
 /* clang-format on */
 
-static void put_values(FILE *out, const float values[LIVE_CHANNEL_COUNT])
+static void write_values(FILE *out, const float values[LIVE_CHANNEL_COUNT])
 {
     for (unsigned i = 0; i < LIVE_CHANNEL_COUNT; i++) {
         if (isfinite(values[i]))
@@ -259,8 +259,8 @@ static char *make_buckets_json(uint32_t run, uint64_t restarts, const struct liv
     fprintf(out, "{\"epoch\":\"%08x-%llu\",\"b\":[", (unsigned)run, (unsigned long long)restarts);
     for (unsigned i = 0; i < count; i++) {
         fprintf(out, "%s[%lld", i ? "," : "", (long long)buckets[i].number);
-        put_values(out, buckets[i].min);
-        put_values(out, buckets[i].max);
+        write_values(out, buckets[i].min);
+        write_values(out, buckets[i].max);
         fputc(']', out);
     }
     fputs("]}", out);
@@ -473,7 +473,7 @@ static bool is_shown_on_page(const struct mr_message *message)
     }
 }
 
-static bool belongs_to_landing(unsigned place)
+static bool is_landing_message(unsigned place)
 {
     switch (place) {
     case MR_INDEX_ZONE:
@@ -552,7 +552,7 @@ static void discard_landing(struct live_hub *hub, bool faults)
 {
     for (unsigned i = hub->slot_count; i-- > 0;) {
         unsigned place = hub->slot[i].key >> 16;
-        if (belongs_to_landing(place) || (faults && place == MR_INDEX_FAULT))
+        if (is_landing_message(place) || (faults && place == MR_INDEX_FAULT))
             remove_slot(hub, &hub->slot[i]);
     }
     hub->is_warning = false;

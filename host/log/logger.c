@@ -40,8 +40,9 @@ static enum store_file_state find_file_state(struct logger *logger)
     enum store_file_state place = watch_file_state(&logger->watch);
     if (logger->campaign_lost)
         return STORE_FILE_EMPTIED;
-    return place == STORE_FILE_SAME && store_is_overwritten(logger->store) ? STORE_FILE_OVERWRITTEN
-                                                                           : place;
+    return place == STORE_FILE_UNCHANGED && store_is_overwritten(logger->store)
+             ? STORE_FILE_OVERWRITTEN
+             : place;
 }
 
 static bool is_content_lost(enum store_file_state place)
@@ -335,7 +336,7 @@ bool logger_send(struct logger *logger, const struct mr_command *command, bool i
 
 /* Asks the board for its configuration, over serial if possible. A link that does not accept the
  * request, such as a file, is asked only once. */
-void logger_ask_for_configuration(struct logger *logger)
+void logger_request_configuration(struct logger *logger)
 {
     const struct mr_command command = {.code = MR_COMMAND_CONFIG_READ};
     uint64_t now_us = monotonic_us();
@@ -640,7 +641,7 @@ static enum mr_status continue_after_size_limit(struct logger *logger, const cha
         logger->file_problem_text, sizeof logger->file_problem_text,
         "%s has reached the maximum file size (of ulimit -f or its file system) and keeps its data",
         from);
-    return continue_in_new_campaign(logger, STORE_FILE_SAME, from, again);
+    return continue_in_new_campaign(logger, STORE_FILE_UNCHANGED, from, again);
 }
 
 /* ---- a campaign file that was moved, removed or replaced ---- */
@@ -685,10 +686,10 @@ enum mr_status logger_rescue_campaign(struct logger *logger, struct error *error
 {
     enum store_file_state place = find_file_state(logger);
     uint64_t now_us = monotonic_us();
-    if (place == STORE_FILE_SAME && !logger->saved_path[0])
+    if (place == STORE_FILE_UNCHANGED && !logger->saved_path[0])
         /* the file is in its place again, so it need not be saved */
         logger->file_problem_text[0] = '\0';
-    if (place == STORE_FILE_SAME ||
+    if (place == STORE_FILE_UNCHANGED ||
         (logger->rescue_attempt_us && now_us - logger->rescue_attempt_us < SAVE_RETRY_PERIOD_US))
         return MR_OK;
     char original[sizeof logger->saved_path], now[sizeof logger->saved_path];
@@ -789,8 +790,8 @@ static enum mr_status switch_to_new_campaign(struct logger *logger, bool *beside
                          reason);
     snprintf(logger->file_problem_text, sizeof logger->file_problem_text,
              "%s accepted no more data (%.200s)", store_path(logger->store), reason);
-    if (*beside ||
-        continue_in_new_campaign(logger, STORE_FILE_SAME, store_path(logger->store), true) != MR_OK)
+    if (*beside || continue_in_new_campaign(logger, STORE_FILE_UNCHANGED, store_path(logger->store),
+                                            true) != MR_OK)
         return error_set(error, MR_IO,
                          "the newest data could not be written to the campaign, nor saved in the "
                          "same folder. Lost: %s; %.250s",

@@ -157,7 +157,7 @@ bool logger_send(struct logger *logger, const struct mr_command *command, bool i
 /* Sends a refused typed command again if a newer nonce shows that another program's command came
  * first. Returns false if it was not sent. */
 bool logger_repeat_command(struct logger *logger);
-void logger_ask_for_configuration(struct logger *logger);
+void logger_request_configuration(struct logger *logger);
 /* Serves the live page: sends waiting events to its viewers, and the viewers' commands to the
  * board. */
 void logger_send_live_command(struct logger *logger);

@@ -310,7 +310,7 @@ void watch_set_path(struct watch *watch, const char *path)
     pthread_mutex_lock(&watch->lock);
     snprintf(watch->campaign_path, sizeof watch->campaign_path, "%s", path);
     store_file_identity_get(path, &watch->file_identity);
-    watch->file_state = STORE_FILE_SAME;
+    watch->file_state = STORE_FILE_UNCHANGED;
     pthread_mutex_unlock(&watch->lock);
 }
 

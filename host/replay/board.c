@@ -246,7 +246,7 @@ void replay_image_path(const struct board_messages *recorded, char *path, size_t
         data_dir_find(DATA_FIRMWARE, path, size);
 }
 
-void replay_image_path_of_run(struct store *store, int64_t run, char *path, size_t size)
+void replay_find_image_path(struct store *store, int64_t run, char *path, size_t size)
 {
     struct board_messages recorded;
     struct error unread = {0};

@@ -31,7 +31,7 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
  * does not name the board, it is the image of board zg. */
 void replay_image_path(const struct board_messages *recorded, char *path, size_t size);
 /* As replay_image_path, for a landing whose messages are not loaded. */
-void replay_image_path_of_run(struct store *store, int64_t run, char *path, size_t size);
+void replay_find_image_path(struct store *store, int64_t run, char *path, size_t size);
 /* Checks that the image is for the board that recorded the landing; otherwise MR_VERSION. A file
  * that is not a matrig image is accepted here; the emulated board refuses it. */
 enum mr_status replay_image_check(const char *path, const struct board_messages *recorded,

@@ -280,7 +280,7 @@ static int64_t count_averaged_blocks(uint16_t id)
              : 0;
 }
 
-static bool has_own_block(const struct mr_message_info *info)
+static bool has_block_field(const struct mr_message_info *info)
 {
     return info->id == MR_ID_BLOCK ||
            strcmp(info->fields[info->field_count - 1].name, "block16") == 0;
@@ -319,7 +319,7 @@ static void add_unmatched_message(struct comparison *c, const struct board_messa
                                   int64_t block, bool recorded)
 {
     /* Skip: the record may end between two messages of its last block. */
-    if ((has_own_block(answer->info) && block < c->first_block) ||
+    if ((has_block_field(answer->info) && block < c->first_block) ||
         (!recorded && block >= c->end_block))
         return;
     if (!recorded && c->is_landing_incomplete && block == c->end_block)
@@ -364,7 +364,7 @@ static void compare_messages(struct comparison *c, int link, const struct mr_mes
 {
     struct message_iterator old, new;
     begin_iterators(c, link, &old, &new);
-    int64_t slack = has_own_block(info) && c->options->is_exact ? 0
+    int64_t slack = has_block_field(info) && c->options->is_exact ? 0
                   : is_sent_in_rotation(info->id) && c->bus_delay_blocks
                       ? c->bus_delay_blocks
                       : RECEPTION_BLOCK_TOLERANCE;
@@ -387,7 +387,7 @@ static void compare_messages(struct comparison *c, int link, const struct mr_mes
             new.current++;
         } else if (paired) {
             /* a message on CAN may have arrived before the serial record of its block */
-            if (has_own_block(info) && at > c->end_block)
+            if (has_block_field(info) && at > c->end_block)
                 c->diff->messages_after_record++;
             else if (count_averaged_blocks(info->id) &&
                      at < c->first_block + count_averaged_blocks(info->id))

@@ -153,8 +153,8 @@ struct replay_writer {
     uint32_t crc;
 };
 
-__attribute__((format(printf, 2, 3))) static void put_line(struct replay_writer *writer,
-                                                           const char *format, ...)
+__attribute__((format(printf, 2, 3))) static void write_line(struct replay_writer *writer,
+                                                             const char *format, ...)
 {
     char line[2 * MR_BLOCK_BYTES_MAX + 40];
     va_list arguments;
@@ -312,8 +312,8 @@ static bool collect_commands(const struct board_messages *recorded, struct comma
 
 /* Writes the zeros that were measured before the landing, exactly. Configured zeros are part of the
  * flash content. */
-static void put_zeros(struct replay_writer *writer, const struct board_messages *recorded,
-                      struct replay_input *input)
+static void write_zero_lines(struct replay_writer *writer, const struct board_messages *recorded,
+                             struct replay_input *input)
 {
     struct mr_channel_zero zero[MR_CHANNELS] = {{0}};
     for (int link = 0; link < LINK_KINDS; link++) {
@@ -331,18 +331,18 @@ static void put_zeros(struct replay_writer *writer, const struct board_messages 
         memcpy(&bits, &zero[i].zero_code, sizeof bits);
         if (!zero[i].measured)
             continue;
-        put_line(writer, "command %zu %d %u %zu %" PRId32 "\n",
-                 FIRST_COMMAND_BLOCK + input->measured_zero_count, MR_COMMAND_ZERO, i + 1,
-                 MR_SEGMENTS + 1u + input->measured_zero_count, bits);
+        write_line(writer, "command %zu %d %u %zu %" PRId32 "\n",
+                   FIRST_COMMAND_BLOCK + input->measured_zero_count, MR_COMMAND_ZERO, i + 1,
+                   MR_SEGMENTS + 1u + input->measured_zero_count, bits);
         input->measured_zero_count++;
     }
 }
 
 /* Writes the runway state at arming. If the database has none, the replay begins with a new runway,
  * to which the survey is applied. */
-static enum mr_status put_runway(struct replay_writer *writer, struct store *store,
-                                 const struct board_messages *recorded, struct replay_input *input,
-                                 struct error *error)
+static enum mr_status write_runway_lines(struct replay_writer *writer, struct store *store,
+                                         const struct board_messages *recorded,
+                                         struct replay_input *input, struct error *error)
 {
     struct mr_predictor_state state;
     int64_t source;
@@ -353,21 +353,21 @@ static enum mr_status put_runway(struct replay_writer *writer, struct store *sto
     size_t block = FIRST_COMMAND_BLOCK + input->measured_zero_count +
                    2 * input->survey_segment_count;
     for (unsigned i = 0; i < MR_RUNWAY_WORD_COUNT; i++)
-        put_line(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_WORD, i,
-                 RUNWAY_COMMAND_TAG + i, mr_runway_make_word_argument(&state, i));
+        write_line(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_WORD, i,
+                   RUNWAY_COMMAND_TAG + i, mr_runway_make_word_argument(&state, i));
     for (unsigned i = 0; i < 256 && 2 * i <= state.mats; i++)
-        put_line(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_JOINTS, i,
-                 RUNWAY_COMMAND_TAG + MR_RUNWAY_WORD_COUNT + i,
-                 mr_runway_make_joints_argument(&state, i));
-    put_line(writer, "command %zu %d 0 %u %" PRId32 "\n", block, MR_COMMAND_RUNWAY_TAKE,
-             RUNWAY_COMMAND_TAG - 1u, (int32_t)mr_runway_crc(&state));
+        write_line(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_JOINTS,
+                   i, RUNWAY_COMMAND_TAG + MR_RUNWAY_WORD_COUNT + i,
+                   mr_runway_make_joints_argument(&state, i));
+    write_line(writer, "command %zu %d 0 %u %" PRId32 "\n", block, MR_COMMAND_RUNWAY_TAKE,
+               RUNWAY_COMMAND_TAG - 1u, (int32_t)mr_runway_crc(&state));
     return MR_OK;
 }
 
 /* Writes the risk chart and the plan that the board had at arming, if any: the last ones before
  * it. */
-static enum mr_status put_chart(struct replay_writer *writer, struct store *store,
-                                const struct board_messages *recorded, struct error *error)
+static enum mr_status write_chart_lines(struct replay_writer *writer, struct store *store,
+                                        const struct board_messages *recorded, struct error *error)
 {
     struct mr_risk_plan plan;
     float lamp_limit;
@@ -382,19 +382,19 @@ static enum mr_status put_chart(struct replay_writer *writer, struct store *stor
         memcpy(&bits, &value, sizeof bits);
         if (isnan(value))
             continue;
-        put_line(writer, "command %zu %d %u %u %" PRId32 "\n",
-                 block + words++ / COMMANDS_PER_BLOCK_MAX, MR_COMMAND_CHART_WORD, i,
-                 CHART_COMMAND_TAG + i, bits);
+        write_line(writer, "command %zu %d %u %u %" PRId32 "\n",
+                   block + words++ / COMMANDS_PER_BLOCK_MAX, MR_COMMAND_CHART_WORD, i,
+                   CHART_COMMAND_TAG + i, bits);
     }
-    put_line(writer, "command %zu %d 0 %u %" PRId32 "\n",
-             block + words / COMMANDS_PER_BLOCK_MAX + 1u, MR_COMMAND_CHART_TAKE,
-             CHART_COMMAND_TAG - 1u, (int32_t)mr_risk_plan_crc(&plan));
+    write_line(writer, "command %zu %d 0 %u %" PRId32 "\n",
+               block + words / COMMANDS_PER_BLOCK_MAX + 1u, MR_COMMAND_CHART_TAKE,
+               CHART_COMMAND_TAG - 1u, (int32_t)mr_risk_plan_crc(&plan));
     return MR_OK;
 }
 
-static enum mr_status put_commands(struct replay_writer *writer, struct store *store,
-                                   const struct board_messages *recorded,
-                                   struct replay_input *input, struct error *error)
+static enum mr_status write_command_lines(struct replay_writer *writer, struct store *store,
+                                          const struct board_messages *recorded,
+                                          struct replay_input *input, struct error *error)
 {
     struct command_list commands = {0};
     struct store_segment *segment;
@@ -403,32 +403,33 @@ static enum mr_status put_commands(struct replay_writer *writer, struct store *s
                                                error);
     if (status != MR_OK)
         return status;
-    put_zeros(writer, recorded, input);
+    write_zero_lines(writer, recorded, input);
     for (size_t i = 0; i < segments; i++) {
         if (isnan(segment[i].slack_in))
             continue;
-        put_line(writer, "command %zu %d %lld %zu %ld\n",
-                 FIRST_COMMAND_BLOCK + input->measured_zero_count + 2 * input->survey_segment_count,
-                 MR_COMMAND_SURVEY, (long long)segment[i].segment, input->survey_segment_count + 1,
-                 lround(segment[i].slack_in * 10000.0));
+        write_line(writer, "command %zu %d %lld %zu %ld\n",
+                   FIRST_COMMAND_BLOCK + input->measured_zero_count +
+                       2 * input->survey_segment_count,
+                   MR_COMMAND_SURVEY, (long long)segment[i].segment,
+                   input->survey_segment_count + 1, lround(segment[i].slack_in * 10000.0));
         input->survey_segment_count++;
     }
     free(segment);
-    status = put_runway(writer, store, recorded, input, error);
+    status = write_runway_lines(writer, store, recorded, input, error);
     if (status == MR_OK)
-        status = put_chart(writer, store, recorded, error);
+        status = write_chart_lines(writer, store, recorded, error);
     if (status != MR_OK)
         return status;
     bool fits = collect_commands(recorded, &commands);
     if (!commands.is_armed)
-        put_line(writer, "command %lld %d 0 0 %lld\n",
-                 (long long)(input->armed_block - input->shift_blocks), MR_COMMAND_ARM,
-                 (long long)recorded->landing.board_landing);
+        write_line(writer, "command %lld %d 0 0 %lld\n",
+                   (long long)(input->armed_block - input->shift_blocks), MR_COMMAND_ARM,
+                   (long long)recorded->landing.board_landing);
     for (size_t i = 0; i < commands.count; i++) {
         const struct mr_command *message = &commands.row[i].message;
-        put_line(writer, "command %lld %u %u %u %" PRId32 "\n",
-                 (long long)(commands.row[i].block - input->shift_blocks), message->code,
-                 message->index, message->tag, message->argument);
+        write_line(writer, "command %lld %u %u %u %" PRId32 "\n",
+                   (long long)(commands.row[i].block - input->shift_blocks), message->code,
+                   message->index, message->tag, message->argument);
         fits = fits && (i < COMMANDS_PER_BLOCK_MAX ||
                         commands.row[i - COMMANDS_PER_BLOCK_MAX].block != commands.row[i].block);
     }
@@ -458,9 +459,9 @@ static uint64_t compute_capture_tick(double board_us, int64_t tick, const struct
 
 /* Writes switch edges, film frames, and edges of brake and wheel since arming, in order of time.
  * Captures that the board rejected as noise are not included. */
-static enum mr_status put_captures(struct replay_writer *writer, struct store *store,
-                                   const struct board_messages *recorded,
-                                   struct replay_input *input, struct error *error)
+static enum mr_status write_capture_lines(struct replay_writer *writer, struct store *store,
+                                          const struct board_messages *recorded,
+                                          struct replay_input *input, struct error *error)
 {
     struct store_edge *edge = NULL;
     struct store_film_frame *frame = NULL;
@@ -472,13 +473,13 @@ static enum mr_status put_captures(struct replay_writer *writer, struct store *s
         store_film_frames_get(store, run, &frame, &input->film_frame_count, error) == MR_OK &&
         store_braking_edges_get(store, run, &braking, &brakings, error) == MR_OK) {
         for (size_t i = 0; i < input->edge_count; i++)
-            put_line(writer, "edge %" PRIu64 "\n",
-                     compute_capture_tick(edge[i].board_us, edge[i].tick, first, shift));
+            write_line(writer, "edge %" PRIu64 "\n",
+                       compute_capture_tick(edge[i].board_us, edge[i].tick, first, shift));
         for (size_t i = 0; i < input->film_frame_count; i++)
-            put_line(writer, "frame %" PRIu64 "\n",
-                     compute_capture_tick(frame[i].board_us, frame[i].tick, first, shift));
+            write_line(writer, "frame %" PRIu64 "\n",
+                       compute_capture_tick(frame[i].board_us, frame[i].tick, first, shift));
         for (size_t i = 0; i < brakings; i++)
-            put_line(
+            write_line(
                 writer, "%s %" PRIu64 "\n", braking[i].number ? "wheel" : "brake",
                 compute_capture_tick((double)braking[i].board_us, braking[i].tick, first, shift));
     }
@@ -490,7 +491,8 @@ static enum mr_status put_captures(struct replay_writer *writer, struct store *s
 
 /* ---- the file ---- */
 
-static void put_block(struct replay_writer *writer, struct mr_block block, int64_t shift_blocks)
+static void write_block_line(struct replay_writer *writer, struct mr_block block,
+                             int64_t shift_blocks)
 {
     uint8_t record[MR_BLOCK_BYTES_MAX];
     char hex[2 * MR_BLOCK_BYTES_MAX + 1];
@@ -499,7 +501,7 @@ static void put_block(struct replay_writer *writer, struct mr_block block, int64
     size_t length = mr_block_encode(&block, record);
     for (size_t i = 0; i < length; i++)
         snprintf(hex + 2 * i, 3, "%02x", record[i]);
-    put_line(writer, "block %s\n", hex);
+    write_line(writer, "block %s\n", hex);
 }
 
 static int64_t shift_blocks(int64_t armed_block)
@@ -519,14 +521,14 @@ static enum mr_status write_replay_lines(struct replay_writer *writer, struct st
     fputs("matrig-replay 1\n", writer->file);
     writer->crc = mr_crc32(0, (const uint8_t *)"matrig-replay 1\n", 16);
     if (strlen(landing->board_uid) == 24)
-        put_line(writer, "uid %.8s %.8s %.8s\n", landing->board_uid, landing->board_uid + 8,
-                 landing->board_uid + 16);
-    put_line(writer, "crystal %d\n", input->uses_crystal);
-    enum mr_status status = put_commands(writer, store, recorded, input, error);
+        write_line(writer, "uid %.8s %.8s %.8s\n", landing->board_uid, landing->board_uid + 8,
+                   landing->board_uid + 16);
+    write_line(writer, "crystal %d\n", input->uses_crystal);
+    enum mr_status status = write_command_lines(writer, store, recorded, input, error);
     if (status == MR_OK)
-        status = put_captures(writer, store, recorded, input, error);
+        status = write_capture_lines(writer, store, recorded, input, error);
     for (size_t i = 0; status == MR_OK && i < recorded->block_count; i++)
-        put_block(writer, recorded->block[i], input->shift_blocks);
+        write_block_line(writer, recorded->block[i], input->shift_blocks);
     fprintf(writer->file, "end %08x\n", (unsigned)writer->crc);
     return status;
 }

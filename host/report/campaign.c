@@ -192,7 +192,7 @@ static void write_profile_table(FILE *out, const struct profile *profiles, size_
     report_write_answer(answer, out);
 }
 
-static const char *series_name(const struct report_facts *facts)
+static const char *get_series_name(const struct report_facts *facts)
 {
     return facts->series.id ? facts->series.name : "none named";
 }
@@ -249,7 +249,7 @@ static void write_cumulative_displacement(const struct report *report, FILE *out
         }
         if (count < report->landings) {
             fputs("<h3>Series: ", out);
-            html_write_text(out, series_name(&report->facts[first]));
+            html_write_text(out, get_series_name(&report->facts[first]));
             fputs("</h3>\n", out);
         }
         draw_profiles(out, profile, count, "cumulative displacement",
@@ -262,7 +262,7 @@ static void write_cumulative_displacement(const struct report *report, FILE *out
         write_restored_runways(out, &report->facts[first], count);
         last[series] = profile[count - 1];
         snprintf(last[series].name, sizeof last[series].name, "%.15s",
-                 series_name(&report->facts[first]));
+                 get_series_name(&report->facts[first]));
     }
     if (series > 1) {
         fputs("<h3>Comparison of the series</h3>\n", out);
@@ -301,7 +301,7 @@ struct zone_rows {
 };
 
 /* Returns the name of row i of a plot; the first landing is at the top. */
-static const char *zone_row_name(void *context, size_t i)
+static const char *get_zone_row_name(void *context, size_t i)
 {
     static char name[30];
     const struct zone_rows *rows = context;
@@ -373,7 +373,7 @@ static void write_zone_maps(const struct report *report, FILE *out)
                                                         .x_high = RIG_RUNWAY_FT,
                                                         .y_high = (double)rows.count,
                                                         .height_px = 40 + 34 * (unsigned)rows.count,
-                                                        .tick_name = zone_row_name,
+                                                        .tick_name = get_zone_row_name,
                                                         .context = &rows,
                                                         .tick_count = rows.count});
         for (size_t i = 0; i < rows.count; i++)

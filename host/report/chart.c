@@ -19,7 +19,7 @@
 
 /* ---- JSON inside <script> ---- */
 
-static void put_json_text(FILE *out, const char *text)
+static void write_json_text(FILE *out, const char *text)
 {
     putc('"', out);
     for (; *text; text++) {
@@ -32,22 +32,22 @@ static void put_json_text(FILE *out, const char *text)
     putc('"', out);
 }
 
-static void put_json_text_member(FILE *out, const char *name, const char *text)
+static void write_json_text_member(FILE *out, const char *name, const char *text)
 {
     fprintf(out, ",\"%s\":", name);
-    put_json_text(out, text ? text : "");
+    write_json_text(out, text ? text : "");
 }
 
 /* Writes the axis label, such as "displacement (in)"; "" if the axis has no name. */
-static void put_axis(FILE *out, const char *name, const char *what, const struct unit *unit)
+static void write_axis(FILE *out, const char *name, const char *what, const struct unit *unit)
 {
     char label[CHART_LABEL_SIZE] = "";
     if (what)
         snprintf(label, sizeof label, unit->text[0] ? "%s (%s)" : "%s", what, unit->text);
-    put_json_text_member(out, name, label);
+    write_json_text_member(out, name, label);
 }
 
-static void put_number(FILE *out, double value)
+static void write_number(FILE *out, double value)
 {
     if (isfinite(value))
         fprintf(out, "%.6g", value);
@@ -57,7 +57,7 @@ static void put_number(FILE *out, double value)
 
 /* Writes an integer. Faster than fprintf, because a page of 400 landings has about ten million
  * integers. */
-static void put_integer(FILE *out, int64_t value)
+static void write_integer(FILE *out, int64_t value)
 {
     char digits[24];
     size_t at = sizeof digits;
@@ -137,8 +137,8 @@ static int choose_decimals(const struct chart_series *s, const double *values, d
 
 /* Writes the number of decimals, then integers. Each integer is the difference from the previous
  * value, which is short because curves are smooth. */
-static void put_values(FILE *out, const char *name, const struct points *kept, const double *values,
-                       double factor, int decimals)
+static void write_values(FILE *out, const char *name, const struct points *kept,
+                         const double *values, double factor, int decimals)
 {
     const double scale = factor * pow(10.0, decimals);
     int64_t before = 0;
@@ -150,7 +150,7 @@ static void put_values(FILE *out, const char *name, const struct points *kept, c
             fputs("null", out);
             continue;
         }
-        put_integer(out, llround(value) - before);
+        write_integer(out, llround(value) - before);
         before = llround(value);
     }
     putc(']', out);
@@ -174,14 +174,14 @@ static void end_plot(struct figure *figure)
     figure->has_items = false;
 }
 
-static void put_range(FILE *out, const char *name, double low, double high)
+static void write_range(FILE *out, const char *name, double low, double high)
 {
     if (low == high)
         return;
     fprintf(out, ",\"%s\":[", name);
-    put_number(out, low);
+    write_number(out, low);
     putc(',', out);
-    put_number(out, high);
+    write_number(out, high);
     putc(']', out);
 }
 
@@ -192,18 +192,18 @@ void figure_begin_plot(struct figure *figure, const struct chart_axes *axes)
     fprintf(out, "%s{\"h\":%u", figure->plot_count ? "," : "", axes->height_px);
     figure->plot_count++;
     figure->height_px += axes->height_px + MARGIN_PX;
-    put_json_text_member(out, "t", axes->title);
+    write_json_text_member(out, "t", axes->title);
     figure->x = unit_get(axes->x_unit, figure->si);
     figure->y = unit_get(axes->y_unit, figure->si);
-    put_axis(out, "x", axes->x, figure->x);
-    put_axis(out, "y", axes->y, figure->y);
-    put_range(out, "xr", figure->x->factor * axes->x_low, figure->x->factor * axes->x_high);
-    put_range(out, "yr", figure->y->factor * axes->y_low, figure->y->factor * axes->y_high);
+    write_axis(out, "x", axes->x, figure->x);
+    write_axis(out, "y", axes->y, figure->y);
+    write_range(out, "xr", figure->x->factor * axes->x_low, figure->x->factor * axes->x_high);
+    write_range(out, "yr", figure->y->factor * axes->y_low, figure->y->factor * axes->y_high);
     for (size_t i = 0; i < axes->tick_count; i++) {
         if (i == 0)
             fputs(",\"yt\":[", out);
         fprintf(out, "%s[%.1f,", i ? "," : "", (double)i + 0.5);
-        put_json_text(out, axes->tick_name(axes->context, i));
+        write_json_text(out, axes->tick_name(axes->context, i));
         putc(']', out);
     }
     fputs(axes->tick_count ? "],\"i\":[" : ",\"i\":[", out);
@@ -224,13 +224,13 @@ void figure_add_series(struct figure *figure, const struct chart_series *s)
     begin_item(figure);
     fprintf(out, "{\"l\":%u,\"k\":\"%s\"", s->style, s->kind);
     if (s->name)
-        put_json_text_member(out, "n", s->name);
+        write_json_text_member(out, "n", s->name);
     const double x = figure->x->factor, y = figure->y->factor;
     const int decimals = choose_decimals(s, s->y, y);
-    put_values(out, "x", &kept, s->x, x, choose_decimals(s, s->x, x));
-    put_values(out, "y", &kept, s->y, y, decimals);
+    write_values(out, "x", &kept, s->x, x, choose_decimals(s, s->x, x));
+    write_values(out, "y", &kept, s->y, y, decimals);
     if (s->half_width)
-        put_values(out, "e", &kept, s->half_width, y, decimals + 1);
+        write_values(out, "e", &kept, s->half_width, y, decimals + 1);
     putc('}', out);
     free(kept.index);
 }
@@ -255,11 +255,11 @@ void figure_add_shape(struct figure *figure, const char *kind, double x0, double
     fprintf(out, "[\"%s\"", kind);
     for (int i = 0; i < 4; i++) {
         putc(',', out);
-        put_number(out, corner[i]);
+        write_number(out, corner[i]);
     }
     if (text) {
         putc(',', out);
-        put_json_text(out, text);
+        write_json_text(out, text);
     }
     putc(']', out);
 }
@@ -276,9 +276,9 @@ void figure_end(struct figure *figure, const char *const *keys, const char *capt
             continue;
         fprintf(out, "%s[", separator);
         separator = ",";
-        put_json_text(out, keys[i]);
+        write_json_text(out, keys[i]);
         putc(',', out);
-        put_json_text(out, keys[i + 1]);
+        write_json_text(out, keys[i + 1]);
         putc(']', out);
     }
     fprintf(

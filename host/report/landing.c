@@ -736,9 +736,9 @@ static void draw_comparison(const struct report_landing *landing, bool si, FILE 
     for (size_t i = 0; i < landing->simulation_count; i++) {
         const struct store_simulation *row = &landing->simulation[i];
         int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, (unsigned)row->number);
-        double error_in = isnan(landing->simulation_head.error_in)
+        double error_in = isnan(landing->simulation_summary.error_in)
                             ? row->peak_simulated_error_in
-                            : landing->simulation_head.error_in;
+                            : landing->simulation_summary.error_in;
         char title[CHART_LABEL_SIZE];
         struct compare_curves curves;
         if (c < 0 || !measured->channel[c].raw || row->length == 0)
@@ -798,7 +798,7 @@ static void write_health(const struct report *report, const struct report_landin
 
 /* ---- the parts, in the order of the page ---- */
 
-const struct report_part report_parts[] = {
+const struct report_landing_section report_landing_sections[] = {
     {"Speed and deceleration", write_speed},
     {"Displacement against distance from the front wheel", write_movement_by_wheel_distance},
     {"Zone map", write_zone_map},

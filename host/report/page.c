@@ -19,7 +19,7 @@
 #include "host/base/xmalloc.h"
 #include "host/survey/survey.h"
 
-#define FACT_TEXTS_MAX  3u /* maximum number of texts that a fact lists */
+#define ITEM_TEXTS_MAX  3u /* maximum number of texts that a fact lists */
 #define RUNS_LISTED_MAX 6u /* maximum number of RUNs that a line lists before "and 12 more" */
 #define SECONDS_PER_DAY 86400
 
@@ -27,14 +27,14 @@
 
 static const char *const scripts[] = {"/dygraph.js", "/charts.js"};
 
-static void put_asset(FILE *out, const char *path)
+static void write_asset(FILE *out, const char *path)
 {
     const struct asset *asset = asset_find(path);
     fwrite(asset->bytes, 1, (size_t)(asset->end - asset->bytes), out);
 }
 
 /* Writes the content security policy: the page loads nothing and runs only its own scripts. */
-static void put_security_policy(FILE *out)
+static void write_security_policy(FILE *out)
 {
     SHA2_CTX hash;
     uint8_t sum[SHA256_DIGEST_LENGTH];
@@ -70,20 +70,20 @@ static size_t count_emulated(const struct report *report, bool *of)
     return count;
 }
 
-static void put_page_head(FILE *out, const struct report *report)
+static void write_page_head(FILE *out, const struct report *report)
 {
     fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
           "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">"
           "<meta name=\"color-scheme\" content=\"light dark\">",
           out);
-    put_security_policy(out);
+    write_security_policy(out);
     fputs("<title>", out);
     if (report->run)
         fprintf(out, "RUN %lld, ", (long long)report->run);
     html_write_text(out, report_database_name(report));
     fputs(" \xc2\xb7 matrig report</title>\n<style>", out);
-    put_asset(out, "/dygraph.css");
-    put_asset(out, "/report.css");
+    write_asset(out, "/dygraph.css");
+    write_asset(out, "/report.css");
     if (count_emulated(report, NULL)) /* a note that appears on every printed sheet */
         fputs("@page{@top-center{content:\"EMULATED BOARD, SYNTHETIC DATA\";font:bold 9pt "
               "sans-serif}}",
@@ -91,11 +91,11 @@ static void put_page_head(FILE *out, const struct report *report)
     fputs("</style></head>\n<body>", out);
 }
 
-static void put_page_foot(FILE *out)
+static void write_page_foot(FILE *out)
 {
     fputs("<script>", out);
     for (size_t i = 0; i < sizeof scripts / sizeof *scripts; i++)
-        put_asset(out, scripts[i]);
+        write_asset(out, scripts[i]);
     fputs("</script>\n</body></html>\n", out);
 }
 
@@ -107,18 +107,18 @@ void report_write_answer(struct answer *answer, FILE *out)
 
 /* ---- the front: the main facts. An unknown fact names the command that enters it ---- */
 
-static void begin_fact(FILE *out, const char *term)
+static void begin_item(FILE *out, const char *term)
 {
     fprintf(out, "<div><dt>%s</dt><dd>", term);
 }
 
-static void end_fact(FILE *out)
+static void end_item(FILE *out)
 {
     fputs("</dd></div>\n", out);
 }
 
 /* Writes a missing value: "not entered", and the command that enters it. */
-static void put_missing_value(FILE *out, const char *word, const char *how)
+static void write_missing_value(FILE *out, const char *word, const char *how)
 {
     fprintf(out, "%s <small>", word);
     html_write_text(out, how);
@@ -126,17 +126,17 @@ static void put_missing_value(FILE *out, const char *word, const char *how)
 }
 
 /* A text that landings have; each different text is listed once, in the order of the landings. */
-struct text_fact {
+struct text_item {
     const char *term;
     size_t offset; /* offset of a string in struct report_facts */
     const char *entry_command;
 };
 
-static void put_text_fact(const struct report *report, const struct text_fact *row, FILE *out)
+static void write_text_item(const struct report *report, const struct text_item *row, FILE *out)
 {
-    const char *named[FACT_TEXTS_MAX];
+    const char *named[ITEM_TEXTS_MAX];
     size_t count = 0, others = 0;
-    begin_fact(out, row->term);
+    begin_item(out, row->term);
     for (size_t i = 0; i < report->landings; i++) {
         const char *value = (const char *)&report->facts[i] + row->offset;
         bool known = !value[0];
@@ -144,7 +144,7 @@ static void put_text_fact(const struct report *report, const struct text_fact *r
             known = strcmp(named[k], value) == 0;
         if (known)
             continue;
-        if (count < FACT_TEXTS_MAX)
+        if (count < ITEM_TEXTS_MAX)
             named[count++] = value;
         else
             others = 1;
@@ -155,8 +155,8 @@ static void put_text_fact(const struct report *report, const struct text_fact *r
     }
     fputs(others ? "; and others" : "", out);
     if (count == 0)
-        put_missing_value(out, "not entered", row->entry_command);
-    end_fact(out);
+        write_missing_value(out, "not entered", row->entry_command);
+    end_item(out);
 }
 
 /* ---- dates ---- */
@@ -171,7 +171,7 @@ static void format_day(int64_t us, char out[20])
 }
 
 /* Prints the local time of this computer, which the laboratory's book uses. */
-static void put_local_time(int64_t first_us, int64_t last_us, FILE *out)
+static void write_local_time(int64_t first_us, int64_t last_us, FILE *out)
 {
     const time_t first_s = (time_t)(first_us / 1000000), last_s = (time_t)(last_us / 1000000);
     struct tm local;
@@ -183,11 +183,11 @@ static void put_local_time(int64_t first_us, int64_t last_us, FILE *out)
     fprintf(out, " <small>armed, local time: %s to %s</small>", from, to);
 }
 
-static void put_date_fact(const struct report *report, FILE *out)
+static void write_date_item(const struct report *report, FILE *out)
 {
     int64_t first_us = INT64_MAX, last_us = INT64_MIN;
     char first[20], last[20];
-    begin_fact(out, "date (UTC)");
+    begin_item(out, "date (UTC)");
     for (size_t i = 0; i < report->landings; i++) {
         int64_t us = report->facts[i].landing.armed_us;
         if (us < SURVEY_EARLIEST_DATE_US)
@@ -203,13 +203,13 @@ static void put_date_fact(const struct report *report, FILE *out)
             fputs(" to ", out);
             html_write_text(out, last);
         }
-        put_local_time(first_us, last_us, out);
+        write_local_time(first_us, last_us, out);
     } else if (report->landings) {
-        put_missing_value(out, "not known", "read from a recording without times of day");
+        write_missing_value(out, "not known", "read from a recording without times of day");
     } else {
         fputs("no landing", out);
     }
-    end_fact(out);
+    end_item(out);
 }
 
 /* ---- lists of RUNs ---- */
@@ -227,9 +227,9 @@ void report_write_runs(const struct report *report, const bool *of, FILE *out)
         fprintf(out, " and %zu more", count - RUNS_LISTED_MAX);
 }
 
-static void put_landings_fact(const struct report *report, FILE *out)
+static void write_landings_item(const struct report *report, FILE *out)
 {
-    begin_fact(out, "landings");
+    begin_item(out, "landings");
     fprintf(out, "%zu", report->landings);
     if (report->landings) {
         int64_t first = report->facts[0].landing.id,
@@ -240,14 +240,14 @@ static void put_landings_fact(const struct report *report, FILE *out)
     if (report->voided_landings)
         fprintf(out, "; %zu void landing%s left out", report->voided_landings,
                 report->voided_landings == 1 ? "" : "s");
-    end_fact(out);
+    end_item(out);
 }
 
 /* ---- numbers ---- */
 
 /* A number that landings have: "35.49 +- 0.02 ft/s" for one landing; for several, "28.00 to 35.49
  * ft/s" with the largest error, and how many are not known. */
-struct number_fact {
+struct number_item {
     const char *term;
     size_t offset; /* offset of a struct mr_estimate in struct report_facts */
     enum unit_kind kind;
@@ -255,13 +255,13 @@ struct number_fact {
     const char *unknown, *entry_command;
 };
 
-static void put_number_fact(const struct report *report, const struct number_fact *row, FILE *out)
+static void write_number_item(const struct report *report, const struct number_item *row, FILE *out)
 {
     const struct unit *unit = unit_get(row->kind, report->si);
     const int d = row->decimals;
     double low = (double)INFINITY, high = -(double)INFINITY, error = (double)NAN;
     size_t known = 0;
-    begin_fact(out, row->term);
+    begin_item(out, row->term);
     for (size_t i = 0; i < report->landings; i++) {
         struct mr_estimate value;
         memcpy(&value, (const char *)&report->facts[i] + row->offset, sizeof value);
@@ -273,7 +273,7 @@ static void put_number_fact(const struct report *report, const struct number_fac
         high = fmax(high, unit->factor * value.value);
     }
     if (known == 0)
-        put_missing_value(out, row->unknown, row->entry_command);
+        write_missing_value(out, row->unknown, row->entry_command);
     else if (high - low < 0.5 * pow(10.0, -d))
         fprintf(out, "%.*f", d, low);
     else
@@ -288,17 +288,17 @@ static void put_number_fact(const struct report *report, const struct number_fac
         fprintf(out, " <small>each &plusmn; %.*f or less</small>", d, error);
     if (known && known < report->landings)
         fprintf(out, " <small>unknown for %zu</small>", report->landings - known);
-    end_fact(out);
+    end_item(out);
 }
 
-static void put_movement_fact(const struct report *report, FILE *out)
+static void write_movement_item(const struct report *report, FILE *out)
 {
     const struct report_movement *largest = NULL;
     int64_t run = 0;
     const struct unit *length = unit_get(UNIT_DISPLACEMENT, report->si);
     const int decimals = unit_decimals(UNIT_DISPLACEMENT, report->si, 3);
     char text[UNIT_TEXT_SIZE];
-    begin_fact(out, "largest movement");
+    begin_item(out, "largest movement");
     for (size_t i = 0; i < report->landings; i++) {
         const struct report_movement *moved = report_find_largest_movement(&report->facts[i]);
         if (!moved || (largest && fabs(moved->peak_in) <= fabs(largest->peak_in)))
@@ -316,13 +316,13 @@ static void put_movement_fact(const struct report *report, FILE *out)
     } else {
         fputs("not known: no transducer has a peak", out);
     }
-    end_fact(out);
+    end_item(out);
 }
 
 /* ---- zones and outcomes ---- */
 
 /* "76 mats, 86.3 +- 0.2 to 108.0 +- 2.8 ft" */
-static void put_zone(const struct report_zone *zone, bool si, FILE *out)
+static void write_zone(const struct report_zone *zone, bool si, FILE *out)
 {
     const struct unit *station = unit_get(UNIT_STATION, si);
     const double end_ft[] = {zone->start_ft, zone->end_ft},
@@ -336,11 +336,11 @@ static void put_zone(const struct report_zone *zone, bool si, FILE *out)
     fprintf(out, "&nbsp;%s", station->text);
 }
 
-static void put_zones_fact(const struct report *report, bool *of, FILE *out)
+static void write_zones_item(const struct report *report, bool *of, FILE *out)
 {
     const struct report_facts *longest = NULL;
     size_t warned = 0, unheard = 0, watched = 0;
-    begin_fact(out, "zone warned of");
+    begin_item(out, "zone warned of");
     for (size_t i = 0; i < report->landings; i++) {
         const struct report_facts *facts = &report->facts[i];
         of[i] = facts->warning.has_warning;
@@ -361,15 +361,15 @@ static void put_zones_fact(const struct report *report, bool *of, FILE *out)
     }
     if (longest && longest->longest_warned_zone.mats > 0) {
         fputs(report->run ? "" : "; longest zone ", out);
-        put_zone(&longest->longest_warned_zone, report->si, out);
+        write_zone(&longest->longest_warned_zone, report->si, out);
     }
     if (unheard)
         fprintf(out, " <small>%zu more may have had a warning that the log missed</small>",
                 unheard);
-    end_fact(out);
+    end_item(out);
 }
 
-static void put_outcome_counts_fact(const struct report *report, FILE *out)
+static void write_outcome_counts_item(const struct report *report, FILE *out)
 {
     static const enum warning_outcome verdict_order[] = {
         WARNING_HIT,         WARNING_LATE,          WARNING_MISS,
@@ -377,7 +377,7 @@ static void put_outcome_counts_fact(const struct report *report, FILE *out)
     size_t count[WARNING_OUTCOME_COUNT] = {0};
     char outcome[OUTCOME_TEXT_SIZE], lead[OUTCOME_LEAD_TIME_SIZE];
     bool any = false;
-    begin_fact(out, report->run ? "outcome" : "warnings by outcome");
+    begin_item(out, report->run ? "outcome" : "warnings by outcome");
     for (size_t i = 0; i < report->landings; i++) {
         enum warning_outcome verdict = report->facts[i].warning_record.warning_outcome;
         count[verdict < WARNING_OUTCOME_COUNT ? verdict : WARNING_OUTCOME_UNKNOWN]++;
@@ -409,18 +409,18 @@ static void put_outcome_counts_fact(const struct report *report, FILE *out)
                     (long long)row->run, outcome_record_format_lead_time(row, false, lead));
     }
     if (report->landings && count[WARNING_OUTCOME_UNKNOWN] == report->landings && report->run)
-        put_missing_value(out, "", report->facts[0].outcome_reason);
+        write_missing_value(out, "", report->facts[0].outcome_reason);
     else if (report->landings && count[WARNING_OUTCOME_UNKNOWN] == report->landings)
-        put_missing_value(out, "",
-                          "survey the mat between landings; matrig landing DB RUN --observe");
+        write_missing_value(out, "",
+                            "survey the mat between landings; matrig landing DB RUN --observe");
     if (!any)
         fputs("no landing", out);
-    end_fact(out);
+    end_item(out);
 }
 
 /* ---- problems ---- */
 
-static void put_problems_fact(const struct report *report, bool *of, FILE *out)
+static void write_problems_item(const struct report *report, bool *of, FILE *out)
 {
     unsigned all = 0;
     for (size_t i = 0; i < report->landings; i++)
@@ -440,30 +440,30 @@ static void put_problems_fact(const struct report *report, bool *of, FILE *out)
     }
     if (!all)
         fputs(report->landings ? "nothing recorded" : "no landing", out);
-    end_fact(out);
+    end_item(out);
 }
 
 /* ---- the whole front ---- */
 
-#define FACT_OFFSET(member) offsetof(struct report_facts, member)
+#define ITEM_OFFSET(member) offsetof(struct report_facts, member)
 
 /* Writes the main numbers: speed, deceleration, stop, movement and zone. */
-static void put_main_numbers(const struct report *report, bool *of, FILE *out)
+static void write_main_numbers(const struct report *report, bool *of, FILE *out)
 {
-    static const struct number_fact numbers[] = {
-        {"touchdown speed", FACT_OFFSET(speed_ft_s), UNIT_SPEED, 3, "not known",
+    static const struct number_item numbers[] = {
+        {"touchdown speed", ITEM_OFFSET(speed_ft_s), UNIT_SPEED, 3, "not known",
          "too few switches"},
-        {"mean deceleration", FACT_OFFSET(deceleration_ft_s2), UNIT_DECELERATION, 3, "not known",
+        {"mean deceleration", ITEM_OFFSET(deceleration_ft_s2), UNIT_DECELERATION, 3, "not known",
          "too few switches"},
-        {"stop", FACT_OFFSET(stop_ft), UNIT_STATION, 3, "not known", "too few switches"},
+        {"stop", ITEM_OFFSET(stop_ft), UNIT_STATION, 3, "not known", "too few switches"},
     };
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
-        put_number_fact(report, &numbers[i], out);
-    put_movement_fact(report, out);
-    put_zones_fact(report, of, out);
+        write_number_item(report, &numbers[i], out);
+    write_movement_item(report, out);
+    write_zones_item(report, of, out);
 }
 
-static void put_outcome_sentence(const struct report_facts *facts, FILE *out)
+static void write_outcome_sentence(const struct report_facts *facts, FILE *out)
 {
     char outcome[OUTCOME_TEXT_SIZE], evidence[OUTCOME_TEXT_SIZE], advice[OUTCOME_ADVICE_SIZE];
     fputs("<p class=\"outcome\"><strong>Outcome: ", out);
@@ -481,7 +481,7 @@ static void put_outcome_sentence(const struct report_facts *facts, FILE *out)
 
 /* Writes a banner if landings are from emulated boards, which shows that the page is not about a
  * test. */
-static void put_emulated_banner(const struct report *report, FILE *out)
+static void write_emulated_banner(const struct report *report, FILE *out)
 {
     bool *of = xcalloc(report->landings + 1, sizeof *of);
     size_t count = count_emulated(report, of);
@@ -500,68 +500,69 @@ static void put_emulated_banner(const struct report *report, FILE *out)
 
 /* Writes the outcome and the main numbers of one landing. The front page shows them for all
  * landings. */
-static void put_landing_summary(const struct report *report, struct report_facts *facts, FILE *out)
+static void write_landing_summary(const struct report *report, struct report_facts *facts,
+                                  FILE *out)
 {
     bool of[1];
     struct report one = *report;
     one.facts = facts;
     one.landings = 1;
     one.run = facts->landing.id;
-    put_outcome_sentence(facts, out);
+    write_outcome_sentence(facts, out);
     if (report->run) /* not here: the front page has these numbers */
         return;
     fputs("<dl class=\"first\">\n", out);
-    put_main_numbers(&one, of, out);
+    write_main_numbers(&one, of, out);
     fputs("</dl>\n", out);
 }
 
-static void put_sensors_fact(const struct report *report, FILE *out)
+static void write_sensors_item(const struct report *report, FILE *out)
 {
     const struct report_facts *facts = &report->facts[report->landings ? report->landings - 1 : 0];
-    begin_fact(out, "sensor serial numbers");
+    begin_item(out, "sensor serial numbers");
     if (report->landings && facts->serial_number_count)
         fprintf(out, "%zu of %zu: <a href=\"#provenance\">Provenance</a>",
                 facts->serial_number_count, facts->sensor_count);
     else
-        put_missing_value(out, "not entered", "serial of each channel in the configuration");
-    end_fact(out);
+        write_missing_value(out, "not entered", "serial of each channel in the configuration");
+    end_item(out);
 }
 
-static void put_fact_list(const struct report *report, bool *of, FILE *out)
+static void write_item_list(const struct report *report, bool *of, FILE *out)
 {
     bool read = false;
     for (size_t i = 0; i < report->landings; i++)
         read |= report->facts[i].has_config;
-    const struct text_fact texts[] = {
-        {"place", FACT_OFFSET(site),
+    const struct text_item texts[] = {
+        {"place", ITEM_OFFSET(site),
          read ? "site.name of the configuration" : "site.name; the configuration was not read"},
-        {"runway", FACT_OFFSET(series.runway), "matrig landing DB --series NAME --runway"},
-        {"series", FACT_OFFSET(series.name), "matrig landing DB --series NAME"},
-        {"pattern", FACT_OFFSET(series.pattern), "matrig landing DB --series NAME --pattern"},
-        {"modification", FACT_OFFSET(series.modification),
+        {"runway", ITEM_OFFSET(series.runway), "matrig landing DB --series NAME --runway"},
+        {"series", ITEM_OFFSET(series.name), "matrig landing DB --series NAME"},
+        {"pattern", ITEM_OFFSET(series.pattern), "matrig landing DB --series NAME --pattern"},
+        {"modification", ITEM_OFFSET(series.modification),
          "matrig landing DB --series NAME --modification"},
-        {"operator", FACT_OFFSET(series.who), "matrig landing DB --series NAME --who"},
+        {"operator", ITEM_OFFSET(series.who), "matrig landing DB --series NAME --who"},
     };
-    static const struct number_fact weight = {
-        "gear weight", FACT_OFFSET(weight_lb),
+    static const struct number_item weight = {
+        "gear weight", ITEM_OFFSET(weight_lb),
         UNIT_TENSION,  1,
         "not entered", "matrig landing DB RUN --correct weight_lb=POUNDS --reason TEXT"};
     fputs("<dl class=\"first\">\n", out);
-    put_date_fact(report, out);
+    write_date_item(report, out);
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         if (i == 3)
-            put_landings_fact(report, out);
-        put_text_fact(report, &texts[i], out);
+            write_landings_item(report, out);
+        write_text_item(report, &texts[i], out);
     }
-    put_number_fact(report, &weight, out);
-    put_main_numbers(report, of, out);
-    put_outcome_counts_fact(report, out);
-    put_problems_fact(report, of, out);
-    put_sensors_fact(report, out);
+    write_number_item(report, &weight, out);
+    write_main_numbers(report, of, out);
+    write_outcome_counts_item(report, out);
+    write_problems_item(report, of, out);
+    write_sensors_item(report, out);
     fputs("</dl>\n", out);
 }
 
-static void put_front_page(const struct report *report, FILE *out)
+static void write_front_page_content(const struct report *report, FILE *out)
 {
     bool *of = xcalloc(report->landings + 1, sizeof *of);
     fputs("<header class=\"cover\"><h1>", out);
@@ -572,8 +573,8 @@ static void put_front_page(const struct report *report, FILE *out)
     fputs("</h1>\n<p>", out);
     html_write_text(out, report_database_name(report));
     fputs(", on the model landing-mat runway</p>\n", out);
-    put_emulated_banner(report, out);
-    put_fact_list(report, of, out);
+    write_emulated_banner(report, out);
+    write_item_list(report, of, out);
     fputs("</header>\n", out);
     free(of);
 }
@@ -748,8 +749,8 @@ static void write_landing(const struct report *report, struct report_facts *fact
     summary_format_heading(&landing->summary, heading);
     fprintf(out, "<section id=\"run%lld\" class=\"landing\"><h2>%s</h2>\n",
             (long long)landing->summary.measured.landing.id, heading);
-    put_landing_summary(report, facts, out);
-    for (const struct report_part *part = report_parts; part->write; part++) {
+    write_landing_summary(report, facts, out);
+    for (const struct report_landing_section *part = report_landing_sections; part->write; part++) {
         char *text = NULL;
         size_t size = 0;
         FILE *into = xopen_memstream(&text, &size);
@@ -810,7 +811,7 @@ static void write_front_page(const struct report *report, char **text, size_t *l
     FILE *out = xopen_memstream(text, length), *list = xopen_memstream(&contents, &contents_size),
          *sections = xopen_memstream(&body, &body_size);
     fputs("<main>", out);
-    put_front_page(report, out);
+    write_front_page_content(report, out);
     write_sections(report, list, sections);
     fclose(list);
     fclose(sections);
@@ -825,7 +826,7 @@ static void write_front_page(const struct report *report, char **text, size_t *l
     free(body);
 }
 
-enum mr_status page_write(struct report *report, FILE *out, struct error *error)
+enum mr_status report_write_page(struct report *report, FILE *out, struct error *error)
 {
     char *front = NULL;
     size_t length = 0;
@@ -841,7 +842,7 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
     if (error->status == MR_OK)
         write_front_page(report, &front, &length);
     if (error->status == MR_OK) {
-        put_page_head(out, report);
+        write_page_head(out, report);
         fwrite(front, 1, length, out);
         output_copy_temporary(landings, out);
         fprintf(out,
@@ -852,7 +853,7 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
                 report->si ? "SI (without --si: feet, inches and pounds)"
                            : "feet, inches and pounds; matrig --si report writes the page in SI");
         write_provenance(report, out);
-        put_page_foot(out);
+        write_page_foot(out);
     }
     answer_free(report->calibrations);
     report->calibrations = NULL;

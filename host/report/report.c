@@ -275,7 +275,7 @@ static enum mr_status load_landing(struct store *store, const struct store_landi
                              error) ?:
            store_simulations_get(store, row->id, &landing->simulation, &landing->simulation_count,
                              error) ?:
-           store_simulation_summary_get(store, row->id, &landing->simulation_head, error) ?:
+           store_simulation_summary_get(store, row->id, &landing->simulation_summary, error) ?:
            load_config(store, landing, error);
 }
 
@@ -294,7 +294,7 @@ static void compute_derived_data(struct report_landing *landing)
     if (landing->simulation_count == 0)
         return;
     landing->comparison = xmalloc(sizeof *landing->comparison);
-    compare_compute_figures(measured, &landing->survey, &reported, &landing->simulation_head,
+    compare_compute_figures(measured, &landing->survey, &reported, &landing->simulation_summary,
                             landing->simulation, landing->simulation_count, landing->comparison);
 }
 
@@ -407,7 +407,7 @@ void report_landing_free(struct report_landing *landing)
     free(landing->station_ft);
     free(landing->comparison);
     store_simulations_free(landing->simulation, landing->simulation_count);
-    free(landing->simulation_head.segments_in);
+    free(landing->simulation_summary.segments_in);
     memset(landing, 0, sizeof *landing);
 }
 

@@ -27,7 +27,7 @@ struct report_landing {
     size_t prediction_count;
     struct store_simulation *simulation; /* channels of the newest comparison */
     size_t simulation_count;
-    struct store_simulation_summary simulation_head; /* common data of the newest comparison */
+    struct store_simulation_summary simulation_summary; /* common data of the newest comparison */
     struct mr_config *config; /* configuration of the board; NULL: it was never read */
     double *station_ft;       /* station of the lead wheel at each sample; NULL: not known */
     /* figures of the newest comparison, computed again with the present calibration; NULL: none */
@@ -115,7 +115,7 @@ struct report {
     int64_t run; /* RUN, if the report is about one landing; 0: all landings */
     bool si;
     struct answer *calibrations; /* receives one table for each different calibration */
-    struct error *error;         /* error of page_write: a section could not read its data */
+    struct error *error;         /* error of report_write_page: a section could not read its data */
 };
 
 /* Begins a report on landing report->run, or on all landings of the campaign that are not void;
@@ -141,10 +141,10 @@ extern const struct report_section { /* sections of the campaign, in the order o
     void (*write)(const struct report *report, FILE *out);
     size_t min_landings; /* number of landings from which on the section is shown */
 } report_sections[];
-extern const struct report_part { /* parts of each landing */
+extern const struct report_landing_section { /* parts of each landing */
     const char *title;
     void (*write)(const struct report *report, const struct report_landing *landing, FILE *out);
-} report_parts[];
+} report_landing_sections[];
 
 /* Writes the section about surveys of the mat. */
 void report_write_surveys(const struct report *report, FILE *out);
@@ -169,6 +169,6 @@ void report_add_calibration(const struct report_landing *landing, struct answer 
 
 /* Writes the whole report; call after report_begin. Loads one landing after the other; if one
  * cannot be loaded, nothing is written. Fails with the error of a section. */
-enum mr_status page_write(struct report *report, FILE *out, struct error *error);
+enum mr_status report_write_page(struct report *report, FILE *out, struct error *error);
 
 #endif

@@ -493,19 +493,19 @@ enum store_file_state store_check_file_identity(const char *path,
     struct stat info;
     if (!stat_with_suffix(path, "", &info))
         /* after other errors it is unknown whether the file exists */
-        return errno == ENOENT || errno == ENOTDIR ? STORE_FILE_MISSING : STORE_FILE_SAME;
+        return errno == ENOENT || errno == ENOTDIR ? STORE_FILE_MISSING : STORE_FILE_UNCHANGED;
     if (info.st_ino != identity->file_inode || info.st_dev != identity->file_device)
         return STORE_FILE_REPLACED;
     if (identity->journal_inode == 0)
-        return STORE_FILE_SAME;
+        return STORE_FILE_UNCHANGED;
     if (!stat_with_suffix(path, JOURNAL_SUFFIX, &info))
-        return errno == ENOENT ? STORE_FILE_NO_JOURNAL : STORE_FILE_SAME;
+        return errno == ENOENT ? STORE_FILE_NO_JOURNAL : STORE_FILE_UNCHANGED;
     if (info.st_ino != identity->journal_inode || info.st_dev != identity->journal_device)
         return STORE_FILE_NO_JOURNAL;
     bool index = stat_with_suffix(path, WAL_INDEX_SUFFIX, &info)
                    ? info.st_ino == identity->index_inode
                    : errno != ENOENT;
-    return index || identity->index_inode == 0 ? STORE_FILE_SAME : STORE_FILE_NO_INDEX;
+    return index || identity->index_inode == 0 ? STORE_FILE_UNCHANGED : STORE_FILE_NO_INDEX;
 }
 
 /* Offsets in the file's header (https://sqlite.org/fileformat2.html, 1.3). */

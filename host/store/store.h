@@ -485,9 +485,9 @@ void store_roll_back(struct store *store);
 
 /* State of the file at a path, compared with the file that the store has open. */
 enum store_file_state {
-    STORE_FILE_SAME,     /* the file that the store has open */
-    STORE_FILE_MISSING,  /* no file at the path */
-    STORE_FILE_REPLACED, /* a different file is at the path */
+    STORE_FILE_UNCHANGED, /* the file that the store has open */
+    STORE_FILE_MISSING,   /* no file at the path */
+    STORE_FILE_REPLACED,  /* a different file is at the path */
     STORE_FILE_NO_JOURNAL,
     /* the journal's index file is missing, so other programs do not see new data */
     STORE_FILE_NO_INDEX,

@@ -81,11 +81,11 @@ int main(int argc, char **argv)
         fit_free(&answer);
         fit_landings_free(&list);
     }
-    struct wilson wilson = wilson_interval(cannot, checked);
+    struct proportion_interval proportion_interval = compute_proportion_interval(cannot, checked);
     printf(
         "the runway is 30 mats long and fitted by its own model: %u of %u checked are said to be "
         "impossible, %.1f to %.1f %% (5 wanted)\n",
-        cannot, checked, 100.0 * wilson.low, 100.0 * wilson.high);
+        cannot, checked, 100.0 * proportion_interval.low, 100.0 * proportion_interval.high);
     printf("%u of %zu cases fitted, %.0f simulations each; errors in the "
            "prior's standard deviations:\n",
            fitted, cases, simulated / fitted);

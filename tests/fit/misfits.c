@@ -146,10 +146,11 @@ static double percent(unsigned part, unsigned of)
 
 static void print(enum runway_kind kind, const struct tally *tally)
 {
-    struct wilson wilson = wilson_interval(tally->cannot, tally->cases);
+    struct proportion_interval proportion_interval = compute_proportion_interval(tally->cannot,
+                                                                                 tally->cases);
     printf("%-8s %4u %6u %6.1f %%  %5.1f to %5.1f %%  ", runway_names[kind], tally->cases,
-           tally->cannot, percent(tally->cannot, tally->cases), 100.0 * wilson.low,
-           100.0 * wilson.high);
+           tally->cannot, percent(tally->cannot, tally->cases), 100.0 * proportion_interval.low,
+           100.0 * proportion_interval.high);
     for (int k = 0; k < FIT_STIFFNESS; k++)
         printf(" %5.0f", percent(tally->held[k], tally->cases));
     printf("  %5.1f of %u, %5.1f of %u  ", percent(tally->flagged_held, tally->flagged),

@@ -95,7 +95,7 @@ static enum mr_status make_page(const char *path, struct store *store, struct er
     enum mr_status status = report_begin(&report, true, error);
     FILE *out = xopen_memstream(&text, &length);
     if (status == MR_OK)
-        status = page_write(&report, out, error);
+        status = report_write_page(&report, out, error);
     fclose(out);
     static const char data[] = "<script type=\"application/json\">{";
     size_t scripts = 0; /* beside data, its own and no other */

@@ -372,7 +372,7 @@ static void put_runway(struct writer *writer, const struct golden_given *given)
         given->runway_tag - 1u, (int32_t)mr_runway_crc(state));
 }
 
-static void put_commands(struct writer *writer, const struct golden_given *given)
+static void write_command_lines(struct writer *writer, const struct golden_given *given)
 {
     bool runway = !given->has_runway;
     for (size_t i = 0; i < given->commands; i++) {
@@ -402,7 +402,7 @@ void given_replay(const struct golden_given *given, const char *replay_path)
     put(&writer, "matrig-replay 1\n");
     put(&writer, "uid %08x %08x %08x\ncrystal %d\n", (unsigned)given->uid[0],
         (unsigned)given->uid[1], (unsigned)given->uid[2], given->crystal);
-    put_commands(&writer, given);
+    write_command_lines(&writer, given);
     for (size_t i = 0; i < given->edges; i++)
         put(&writer, "edge %" PRIu64 "\n", given->edge[i]);
     for (size_t i = 0; i < given->frames; i++)

@@ -25,7 +25,7 @@ struct listening {
     bool faithful;
 };
 
-static bool has_own_block(const struct mr_message_info *info)
+static bool has_block_field(const struct mr_message_info *info)
 {
     return strcmp(info->fields[info->field_count - 1].name, "block16") == 0;
 }
@@ -73,7 +73,7 @@ static struct golden_kind *new_kind(struct golden_said *said, enum golden_link l
 {
     said->kind = golden_grow(said->kind, said->kinds, sizeof *said->kind);
     struct golden_kind *kind = &said->kind[said->kinds++];
-    *kind = (struct golden_kind){.link = link, .own_block = has_own_block(info)};
+    *kind = (struct golden_kind){.link = link, .own_block = has_block_field(info)};
     snprintf(kind->name, sizeof kind->name, "%s", info->name);
     for (unsigned i = 0; i < info->field_count - (kind->own_block ? 1u : 0u); i++) {
         const struct mr_field_info *from = &info->fields[i];

@@ -435,7 +435,8 @@ TEST(parameters_without_sense_are_refused)
  * for 5 in 10 symmetric about 0.5. */
 TEST(wilsons_interval)
 {
-    struct wilson half = wilson_interval(5, 10), none = wilson_interval(0, 10);
+    struct proportion_interval half = compute_proportion_interval(5, 10),
+                               none = compute_proportion_interval(0, 10);
     assert_near(half.low, 0.2365931, 1e-6);
     assert_near(half.high, 0.7634069, 1e-6);
     assert_near(none.low, 0.0, 1e-12);

@@ -121,7 +121,7 @@ TEST(lost_blocks_stay_missing)
     session_log(&s, "measured.db");
     assert_int_equal(measured_load(s.store, 1, &m, &s.error), MR_OK);
     size_t at = 2500 - (size_t)m.first_block;
-    assert_int_equal(m.channel[0].validity[at], MEASURED_LOST);
+    assert_int_equal(m.channel[0].validity[at], MEASURED_MISSING);
     assert_true(isnan(measured_value(&m.channel[0], at)));
     assert_int_equal(m.channel[0].valid_samples, m.samples - 1000);
     assert_true(isnan(measured_moving_mean(&m, &m.channel[0], at, 5)));

@@ -27,7 +27,7 @@ static double normal(double error)
 /* 95 % of the intervals have it, within what 500 draws can show. */
 static void assert_holds(unsigned held)
 {
-    struct wilson share = wilson_interval(held, CASES);
+    struct proportion_interval share = compute_proportion_interval(held, CASES);
     print_message("%u of %u\n", held, CASES);
     assert_true(share.low < 0.95 && share.high > 0.95);
 }

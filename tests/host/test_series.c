@@ -510,7 +510,7 @@ TEST(test_wilson)
                  {0, 20, 0.0, 0.1611},
                  {1, 29, 0.0061, 0.1718}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        struct wilson w = wilson_interval(cases[i].count, cases[i].of);
+        struct proportion_interval w = compute_proportion_interval(cases[i].count, cases[i].of);
         assert_true(fabs(w.low - cases[i].low) < 6e-5 && fabs(w.high - cases[i].high) < 6e-5);
     }
 }

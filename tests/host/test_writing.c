@@ -114,7 +114,7 @@ static struct store *open_campaign(const char *path, struct store_file_identity 
     store_commit(store, &error);
     assert_no_error(&error);
     store_file_identity_get(path, identity);
-    assert_int_equal(store_check_file_identity(path, identity), STORE_FILE_SAME);
+    assert_int_equal(store_check_file_identity(path, identity), STORE_FILE_UNCHANGED);
     return store;
 }
 
@@ -142,7 +142,8 @@ TEST(a_campaign_taken_away_is_found_out)
     write_text(path, "somebody's");
     assert_int_equal(store_check_file_identity(path, &identity), STORE_FILE_REPLACED);
     assert_int_equal(rename(elsewhere, path), 0);
-    assert_int_equal(store_check_file_identity(path, &identity), STORE_FILE_SAME); /* put back */
+    assert_int_equal(store_check_file_identity(path, &identity),
+                     STORE_FILE_UNCHANGED); /* put back */
     snprintf(journal, sizeof journal, "%s-wal", path);
     assert_int_equal(unlink(journal), 0);
     assert_int_equal(store_check_file_identity(path, &identity), STORE_FILE_NO_JOURNAL);

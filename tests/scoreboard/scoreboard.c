@@ -89,7 +89,7 @@ struct played {
 /* "yes: 30 of 32 (80 to 98 %)". */
 static void print_share(size_t agree, size_t runways, double needed)
 {
-    struct wilson w = wilson_interval(agree, runways);
+    struct proportion_interval w = compute_proportion_interval(agree, runways);
     if (runways < LEAST_SEEDS)
         printf("few runways: ");
     else

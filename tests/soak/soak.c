@@ -101,7 +101,7 @@ static void settle(struct soak *soak, unsigned link)
                 found = true;
             }
         }
-        int64_t received = loss_tracker->received_at_board_count[place];
+        int64_t received = loss_tracker->received_count_at_report[place];
         int64_t missing = loss_tracker->missing_count[place],
                 repeated = loss_tracker->repeated_count[place];
         total->left[place] += left;

@@ -322,11 +322,12 @@ int main(int argc, char **argv)
         for (unsigned seed = 1; seed <= draws; seed++)
             take(&studies[i], without, seed, &tally[i]);
         const struct tally *t = &tally[i];
-        struct wilson wilson = wilson_interval(t->expanded, draws);
+        struct proportion_interval proportion_interval = compute_proportion_interval(t->expanded,
+                                                                                     draws);
         double percent = 100.0 * t->expanded / draws;
         printf("| %s | %u | %.1f | %.1f to %.1f | %.2f | %.1f |\n", studies[i].name, draws, percent,
-               100.0 * wilson.low, 100.0 * wilson.high, sqrt(t->errors_rel / draws),
-               100.0 * t->stated / draws);
+               100.0 * proportion_interval.low, 100.0 * proportion_interval.high,
+               sqrt(t->errors_rel / draws), 100.0 * t->stated / draws);
         held &= percent >= LEAST && percent <= MOST;
     }
     print_rows(tally, draws);
