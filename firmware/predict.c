@@ -64,7 +64,7 @@ static void report_zone(const struct predict *p, struct telemetry *telemetry, ui
     TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, risk_lead, RISK_LEAD, &report.risk_lead);
 }
 
-static uint32_t get_doubt_bits(const struct mr_predictor *predictor)
+static uint32_t get_doubted_transducers(const struct mr_predictor *predictor)
 {
     uint32_t doubts = 0;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -94,7 +94,7 @@ static void predict_and_report(struct predict *p, struct telemetry *telemetry,
                    landing_can_warn(landing, index);
     bool changed = warning != p->is_warning || p->zone.verdict != was.verdict ||
                    p->zone.level != was.level;
-    uint32_t doubts = get_doubt_bits(&p->predictor);
+    uint32_t doubts = get_doubted_transducers(&p->predictor);
     p->is_warning = warning;
     board_set_warning(warning);
     if (changed || DUE(ZONES, index))

@@ -8,7 +8,7 @@ enum pull { PULL_NONE, PULL_UP };
 
 static const struct pin_setting {
     uint8_t mode, function, pull, initial_level;
-} pin_settings[PINS] = {
+} pin_settings[PIN_COUNT] = {
 #define ANALOGUE(port, pin, converter, input, SIGNAL, text) \
     [PIN_##SIGNAL] = {.mode = ANALOGUE_MODE},
 #define FUNCTION(port, pin, number, signal, pull, SIGNAL, text) \
@@ -70,7 +70,7 @@ void pins_configure(void)
     RCC->APB1ENR |= RCC_APB1ENR_TIM2 | RCC_APB1ENR_TIM4 | RCC_APB1ENR_SPI2 | RCC_APB1ENR_CAN1;
     RCC->APB2ENR |= SERIAL_CLOCK | RCC_APB2ENR_ADC1 | RCC_APB2ENR_ADC3;
     (void)RCC->APB2ENR;
-    for (unsigned signal = 0; signal < PINS; signal++)
+    for (unsigned signal = 0; signal < PIN_COUNT; signal++)
         set_pin((enum pin_signal)signal);
 }
 

@@ -11,7 +11,7 @@
 enum pin_signal {
 #define PIN(port, pin, SIGNAL) PIN_##SIGNAL,
 #include "firmware/boards/pins.def"
-    PINS
+    PIN_COUNT
 };
 
 struct pin_location {
@@ -22,7 +22,7 @@ struct pin_location {
 /* Compiles to a constant if `signal` is constant. */
 static inline struct pin_location pin_location(enum pin_signal signal)
 {
-    static const struct pin_location places[PINS] = {
+    static const struct pin_location places[PIN_COUNT] = {
 #define PIN(port, pin, SIGNAL) [PIN_##SIGNAL] = {GPIO##port, pin},
 #include "firmware/boards/pins.def"
     };

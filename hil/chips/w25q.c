@@ -294,7 +294,7 @@ static enum hil_rule get_pause_rule(uint8_t command)
 static void check_command_rules(struct hil_rules_device *rules, const struct hil_w25q_times *past,
                                 uint8_t command, double clock_period_ns)
 {
-    const struct hil_rules_edges *select = hil_rules_edges(rules, HIL_RULES_MEMORY_SELECT);
+    const struct hil_rules_edges *select = hil_rules_get_edges(rules, HIL_RULES_MEMORY_SELECT);
     const struct hil_timestamp power = {.ps = past->power_on_ps};
     bool reads = past->previous_command == COMMAND_READ && command == COMMAND_READ;
     enum hil_rule rest = get_pause_rule(past->pause_command);

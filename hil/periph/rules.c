@@ -14,7 +14,7 @@
  * standard mode. */
 #define PULL_UP_RISE_NS 1000.0
 
-enum { A, B, C, D, E, F, G, H, I };
+enum { PORT_A, PORT_B, PORT_C, PORT_D, PORT_E, PORT_F, PORT_G, PORT_H, PORT_I };
 enum kind { MINIMUM, FAULT };
 
 static const struct rule {
@@ -31,7 +31,7 @@ static const struct rule {
 static const struct {
     uint8_t port, pin;
 } pin_table[] = {
-#define PIN(NAME, port, pin, words) {port, pin},
+#define PIN(NAME, port, pin, words) {PORT_##port, pin},
 #define RULE(NAME, kind, least_ns, what, source)
 #include "hil/periph/rules.def"
 };
@@ -58,7 +58,8 @@ double hil_rules_min_period_ns(const struct hil_rules_device *dev, unsigned port
 }
 
 /* Prints the function and address of the instruction that broke a rule. */
-static void format_place(const struct hil_rules_device *dev, uint32_t pc, char *text, size_t size)
+static void format_code_location(const struct hil_rules_device *dev, uint32_t pc, char *text,
+                                 size_t size)
 {
     const char *name = pc && dev->get_function_name ? dev->get_function_name(dev->context, pc)
                                                     : NULL;
@@ -80,8 +81,8 @@ static void stop_on_violation(struct hil_rules_device *dev, enum hil_rule rule)
     char from[80], to[80], slew[48] = "";
     if (is_only_counted(dev, rule))
         return;
-    format_place(dev, tally->from_pc, from, sizeof from);
-    format_place(dev, tally->to_pc, to, sizeof to);
+    format_code_location(dev, tally->from_pc, from, sizeof from);
+    format_code_location(dev, tally->to_pc, to, sizeof to);
     if (tally->slew_ns > 0.0)
         snprintf(slew, sizeof slew, " (%.0f ns of slew subtracted)", tally->slew_ns);
     hil_core_stop(dev->core, MR_HALTED, "rule %s: %s: %.1f ns%s, required %.1f; from %s to %s; %s",
@@ -144,7 +145,7 @@ void hil_rules_record_violation(struct hil_rules_device *dev, enum hil_rule rule
     va_start(arguments, format);
     vsnprintf(words, sizeof words, format, arguments);
     va_end(arguments);
-    format_place(dev, pc, place, sizeof place);
+    format_code_location(dev, pc, place, sizeof place);
     hil_core_stop(dev->core, MR_HALTED, "rule %s: %s: %s; %s; %s", rule_table[rule].name,
                   rule_table[rule].requirement, words, place, rule_table[rule].source);
 }
@@ -287,8 +288,8 @@ void hil_rules_print_tallies(const struct hil_rules_device *dev, FILE *out)
     for (unsigned i = 0; i < HIL_RULE_COUNT; i++) {
         const struct hil_rule_tally *tally = &dev->state->tally[i];
         char from[80], to[80], times[40] = "";
-        format_place(dev, tally->from_pc, from, sizeof from);
-        format_place(dev, tally->to_pc, to, sizeof to);
+        format_code_location(dev, tally->from_pc, from, sizeof from);
+        format_code_location(dev, tally->to_pc, to, sizeof to);
         if (rule_table[i].kind == MINIMUM && tally->measurement_count)
             snprintf(times, sizeof times, "%12.1f %12.1f %8.0f", tally->limit_ns, tally->worst_ns,
                      tally->slew_ns);

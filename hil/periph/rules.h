@@ -83,8 +83,8 @@ void hil_rules_check_unknown(struct hil_rules_device *dev, const char *pin, uint
                              uint32_t bits);
 /* Call after a reset: edges caused by the reset do not start or end a measurement. */
 void hil_rules_reset(struct hil_rules_device *dev);
-static inline const struct hil_rules_edges *hil_rules_edges(const struct hil_rules_device *dev,
-                                                            enum hil_rules_pin pin)
+static inline const struct hil_rules_edges *hil_rules_get_edges(const struct hil_rules_device *dev,
+                                                                enum hil_rules_pin pin)
 {
     return &dev->state->pin[pin];
 }

@@ -124,7 +124,7 @@ static struct hil_timestamp get_first_clock_rise(const struct hil_spi_device *de
 static void check_byte_begin(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
-    const struct hil_rules_edges *select = hil_rules_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
+    const struct hil_rules_edges *select = hil_rules_get_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
     if (!spi->is_selected || spi->has_byte_begun || !hil_rules_are_checked(dev->rules))
         return;
     struct hil_timestamp begin = hil_access_timestamp(dev->core);
@@ -141,7 +141,7 @@ static void check_byte_begin(struct hil_spi_device *dev)
 static void check_select_timing(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
-    const struct hil_rules_edges *select = hil_rules_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
+    const struct hil_rules_edges *select = hil_rules_get_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
     spi->has_byte_begun = spi->is_shifting;
     if (spi->is_shifting)
         hil_rules_check_interval(
@@ -155,7 +155,7 @@ static void check_select_timing(struct hil_spi_device *dev)
 static void check_deselect_timing(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
-    const struct hil_rules_edges *select = hil_rules_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
+    const struct hil_rules_edges *select = hil_rules_get_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
     struct hil_timestamp last =
         hil_timestamp_at_cycle(dev->core, spi->shift_end_cycle - get_byte_cycles(dev) / 16u);
     if (spi->has_byte_begun && (!spi->is_shifting || select->last_rise.ps >= last.ps))

@@ -347,8 +347,8 @@ static double get_sensor_input(const struct hil_rig_device *dev, unsigned channe
         return compute_staircase_volts(dev, t_s);
     if (channel == CHANNEL_REFERENCE || !dev->run)
         return 0.0;
-    return hil_run_true_value(dev->run, channel,
-                              is_gage_channel(channel) ? t_s - dev->electronics->gage_tau_s : t_s);
+    return hil_run_get_true_value(
+        dev->run, channel, is_gage_channel(channel) ? t_s - dev->electronics->gage_tau_s : t_s);
 }
 
 /* As get_sensor_input, at a time. Without a run nothing moves, so the time need not be computed,

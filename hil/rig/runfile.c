@@ -274,7 +274,7 @@ void hil_run_free(struct hil_run *run)
     *run = (struct hil_run){0};
 }
 
-double hil_run_true_value(const struct hil_run *run, unsigned column, double t_s)
+double hil_run_get_true_value(const struct hil_run *run, unsigned column, double t_s)
 {
     double unit = column < HIL_RUN_TRANSDUCERS ? 1e-5 : 1e-2;
     double place = t_s * run->sample_rate_hz;

@@ -74,7 +74,7 @@ void hil_run_free(struct hil_run *run);
 
 /* Returns the true value at `t_s`. Columns 0 to 7: displacement in inches; 8 to 21: tension in
  * pounds. */
-double hil_run_true_value(const struct hil_run *run, unsigned column, double t_s);
+double hil_run_get_true_value(const struct hil_run *run, unsigned column, double t_s);
 
 /* A text file whose first line contains its kind and version, and whose last line is `end` with the
  * CRC-32 of everything before it. */

@@ -44,9 +44,9 @@ static struct truth truth_of(const struct hil_run *run, unsigned band, double en
         if (g / 7u + 1u != band)
             continue;
         gages++;
-        truth.before += hil_run_true_value(run, GAGE_COLUMN + g, open_s - 0.1);
+        truth.before += hil_run_get_true_value(run, GAGE_COLUMN + g, open_s - 0.1);
         for (double t_s = open_s; t_s < end_s; t_s += 0.001) {
-            double lb = hil_run_true_value(run, GAGE_COLUMN + g, t_s);
+            double lb = hil_run_get_true_value(run, GAGE_COLUMN + g, t_s);
             if (lb < truth.least) {
                 truth.least = lb;
                 truth.least_gage = g + 1;
@@ -56,7 +56,7 @@ static struct truth truth_of(const struct hil_run *run, unsigned band, double en
                 truth.most_gage = g + 1;
             }
         }
-        truth.after += hil_run_true_value(run, GAGE_COLUMN + g, end_s);
+        truth.after += hil_run_get_true_value(run, GAGE_COLUMN + g, end_s);
     }
     truth.before /= gages;
     truth.after /= gages;

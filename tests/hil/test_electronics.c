@@ -30,7 +30,7 @@ static void judge_block(const struct ear *ear, double now_s, struct heard *heard
         double beside = c < MR_TRANSDUCERS ? 0.01 : 2.0, least = (double)INFINITY,
                most = -(double)INFINITY;
         for (int ms = -35; ms <= 5; ms++) {
-            double truth = hil_run_true_value(&ear->run, c, now_s + 1e-3 * ms);
+            double truth = hil_run_get_true_value(&ear->run, c, now_s + 1e-3 * ms);
             least = fmin(least, truth);
             most = fmax(most, truth);
         }

@@ -94,9 +94,9 @@ TEST(test_truth_and_gages)
     table[1][0] = 50000;                        /* transducer 1: 0.5 in */
     table[0][8] = 10000, table[1][8] = 20000;   /* gage 1: 100 to 200 lb */
     table[0][21] = -5000, table[1][21] = -5000; /* gage 14: -50 lb */
-    assert_true(hil_run_true_value(&run, 0, 0.0005) == 0.25);
-    assert_true(hil_run_true_value(&run, 0, 5.0) == 0.5);
-    assert_true(fabs(hil_run_true_value(&run, 8, 0.00025) - 125.0) < 1e-9);
+    assert_true(hil_run_get_true_value(&run, 0, 0.0005) == 0.25);
+    assert_true(hil_run_get_true_value(&run, 0, 5.0) == 0.5);
+    assert_true(fabs(hil_run_get_true_value(&run, 8, 0.00025) - 125.0) < 1e-9);
     struct hil_board *board = bench_board("clock", NULL);
     hil_board_attach_rig(board, &run);
     bench_run(board, 10 * HIL_PS_PER_MS);
