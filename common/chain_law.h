@@ -37,50 +37,53 @@ struct LAW(joint) {
 
 /* State of a joint after the step. */
 struct LAW(pull) {
-    LAW_REAL lb;       /* tension; compression is negative */
-    LAW_REAL reach_ft; /* opening below which grit blocks the joint; 0: there is no grit left */
-    bool kept;         /* reach_ft is unchanged; only used for scalar types */
+    LAW_REAL lb; /* tension; compression is negative */
+    LAW_REAL
+    grit_extent_ft; /* opening below which grit blocks the joint; 0: there is no grit left */
+    bool kept;      /* grit_extent_ft is unchanged; only used for scalar types */
 };
 
-LAW_FUNCTION struct LAW(pull) LAW(pulled)(LAW_REAL lb, LAW_REAL reach_ft)
+LAW_FUNCTION struct LAW(pull) LAW(pulled)(LAW_REAL lb, LAW_REAL grit_extent_ft)
 {
-    return (struct LAW(pull)){lb, reach_ft, false};
+    return (struct LAW(pull)){lb, grit_extent_ft, false};
 }
-LAW_FUNCTION struct LAW(pull) LAW(held)(LAW_REAL lb, LAW_REAL reach_ft)
+LAW_FUNCTION struct LAW(pull) LAW(held)(LAW_REAL lb, LAW_REAL grit_extent_ft)
 {
-    return (struct LAW(pull)){lb, reach_ft, true};
+    return (struct LAW(pull)){lb, grit_extent_ft, true};
 }
 #ifdef LAW_VECTOR
 LAW_FUNCTION struct LAW(pull) LAW(pick)(LAW_MASK mask, struct LAW(pull) yes, struct LAW(pull) no)
 {
-    return LAW(pulled)(LAW_IF(mask, yes.lb, no.lb), LAW_IF(mask, yes.reach_ft, no.reach_ft));
+    return LAW(pulled)(LAW_IF(mask, yes.lb, no.lb),
+                       LAW_IF(mask, yes.grit_extent_ft, no.grit_extent_ft));
 }
 #endif
 
-/* Returns the tension of a joint with opening g_ft, which changes at rate_ft_s. Above reach_ft the
- * joint is open or hooked. Below it, the grit (dirt between the mats) blocks the joint or yields,
- * or there is none. give_ft: grit_lb / kl_lb_ft. */
+/* Returns the tension of a joint with opening g_ft, which changes at rate_ft_s. Above
+ * grit_extent_ft the joint is open or hooked. Below it, the grit (dirt between the mats) blocks the
+ * joint or yields, or there is none. grit_yield_ft: grit_lb / kl_lb_ft. */
 LAW_FUNCTION struct LAW(pull)
-    LAW(joint_pull)(struct LAW(joint) joint, LAW_REAL grit_lb, LAW_REAL give_ft, LAW_REAL reach_ft,
-                    LAW_REAL g_ft, LAW_REAL rate_ft_s)
+    LAW(joint_pull)(struct LAW(joint) joint, LAW_REAL grit_lb, LAW_REAL grit_yield_ft,
+                    LAW_REAL grit_extent_ft, LAW_REAL g_ft, LAW_REAL rate_ft_s)
 {
     const LAW_REAL none = LAW_VALUE(0);
     const LAW_REAL kl = joint.kl_lb_ft, cl = joint.cl_lb_s_ft, slack_ft = joint.slack_ft;
-    LAW_REAL held_lb = kl * (g_ft - reach_ft);
-    LAW_REAL yielded_ft = g_ft + give_ft;
-    LAW_MASK dirty = LAW_IS_GREATER(reach_ft, none);
+    LAW_REAL held_lb = kl * (g_ft - grit_extent_ft);
+    LAW_REAL yielded_ft = g_ft + grit_yield_ft;
+    LAW_MASK dirty = LAW_IS_GREATER(grit_extent_ft, none);
     return LAW_SELECT(
-        LAW_IS_AT_LEAST(g_ft, reach_ft),
+        LAW_IS_AT_LEAST(g_ft, grit_extent_ft),
         LAW(pulled)(LAW_IF_ELSE_ZERO(LAW_IS_GREATER(g_ft, slack_ft),
                                      kl * (g_ft - slack_ft) + cl * rate_ft_s),
                     LAW_MIN(slack_ft, g_ft)),
-        LAW_SELECT(LAW_AND(dirty, LAW_IS_AT_LEAST(held_lb, -grit_lb)),
-                   LAW(held)(LAW_MIN(LAW_MAX(held_lb + cl * rate_ft_s, -grit_lb), none), reach_ft),
-                   LAW_SELECT(LAW_AND(dirty, LAW_IS_GREATER(yielded_ft, none)),
-                              LAW(pulled)(-grit_lb, yielded_ft),
-                              LAW(pulled)(LAW_IF_ELSE_ZERO(LAW_IS_GREATER(none, g_ft),
-                                                           kl * g_ft + cl * rate_ft_s),
-                                          none))));
+        LAW_SELECT(
+            LAW_AND(dirty, LAW_IS_AT_LEAST(held_lb, -grit_lb)),
+            LAW(held)(LAW_MIN(LAW_MAX(held_lb + cl * rate_ft_s, -grit_lb), none), grit_extent_ft),
+            LAW_SELECT(LAW_AND(dirty, LAW_IS_GREATER(yielded_ft, none)),
+                       LAW(pulled)(-grit_lb, yielded_ft),
+                       LAW(pulled)(
+                           LAW_IF_ELSE_ZERO(LAW_IS_GREATER(none, g_ft), kl * g_ft + cl * rate_ft_s),
+                           none))));
 }
 
 /* Motion of a mat after a step. */
@@ -92,17 +95,17 @@ struct LAW(slip) {
 };
 
 /* Returns the motion of a mat over a step under friction and the sum x of all other forces, which
- * is constant; per_lb: step / mass. A mat at rest stays at rest while |x| <= friction. A mat that
- * comes to rest within the step stays at rest if |x| <= friction; otherwise x accelerates it for
- * the remainder of the step. */
+ * is constant; step_per_mass: step / mass. A mat at rest stays at rest while |x| <= friction. A mat
+ * that comes to rest within the step stays at rest if |x| <= friction; otherwise x accelerates it
+ * for the remainder of the step. */
 LAW_FUNCTION struct LAW(slip)
-    LAW(mat_slip)(LAW_REAL v_ft_s, LAW_REAL x_lb, LAW_REAL friction_lb, LAW_REAL per_lb)
+    LAW(mat_slip)(LAW_REAL v_ft_s, LAW_REAL x_lb, LAW_REAL friction_lb, LAW_REAL step_per_mass)
 {
     const LAW_REAL none = LAW_VALUE(0);
     LAW_MASK rests = LAW_IS_EQUAL(v_ft_s, none);
     LAW_MASK pushes = LAW_IS_GREATER(LAW_ABS(x_lb), friction_lb);
     LAW_REAL braking_lb = x_lb - LAW_COPYSIGN(friction_lb, LAW_IF(rests, x_lb, v_ft_s));
-    LAW_REAL after_ft_s = v_ft_s + braking_lb * per_lb;
+    LAW_REAL after_ft_s = v_ft_s + braking_lb * step_per_mass;
     LAW_MASK goes_on = LAW_IS_GREATER(after_ft_s * v_ft_s, none);
     if (LAW_IS_SCALAR_TRUE(goes_on))
         return (struct LAW(slip)){after_ft_s, LAW_NOT(goes_on), none};
@@ -110,9 +113,10 @@ LAW_FUNCTION struct LAW(slip)
     LAW_MASK stops = LAW_NOT(LAW_OR(rests, goes_on));
     if (!LAW_NEEDS_REMAINDER(stops, pushes))
         return (struct LAW(slip)){moved_ft_s, stops, none};
-    LAW_REAL left = LAW_IF_ELSE_ZERO(stops, LAW_VALUE(1) + v_ft_s / (braking_lb * per_lb));
+    LAW_REAL left = LAW_IF_ELSE_ZERO(stops, LAW_VALUE(1) + v_ft_s / (braking_lb * step_per_mass));
     LAW_REAL back_lb = x_lb - LAW_COPYSIGN(friction_lb, x_lb);
-    LAW_REAL thrown_ft_s = LAW_IF_ELSE_ZERO(LAW_IS_GREATER(left, none), back_lb * per_lb * left);
+    LAW_REAL thrown_ft_s = LAW_IF_ELSE_ZERO(LAW_IS_GREATER(left, none),
+                                            back_lb * step_per_mass * left);
     return (struct LAW(slip)){LAW_IF(LAW_AND(stops, pushes), thrown_ft_s, moved_ft_s), stops, left};
 }
 

@@ -69,9 +69,9 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
         }
         chain->gap_ft[j] = opening_ft;
         chain->grit_lb[j] = inside ? held_lb / (float)inside : 0.0f;
-        chain->reach_ft[j] = opening_ft < 0.0f            ? 0.0f
-                           : opening_ft > chain->slack_ft ? chain->slack_ft
-                                                          : opening_ft;
+        chain->grit_extent_ft[j] = opening_ft < 0.0f            ? 0.0f
+                                 : opening_ft > chain->slack_ft ? chain->slack_ft
+                                                                : opening_ft;
     }
     return MR_OK;
 }
@@ -99,10 +99,10 @@ static inline float update_joint_pull(struct mr_chain *chain,
 {
     float grit_lb = chain->grit_lb[j];
     struct one_pull pull = one_joint_pull(constants->joint, grit_lb,
-                                          grit_lb / constants->joint.kl_lb_ft, chain->reach_ft[j],
-                                          g_ft, opening_ft_s);
+                                          grit_lb / constants->joint.kl_lb_ft,
+                                          chain->grit_extent_ft[j], g_ft, opening_ft_s);
     if (!pull.kept)
-        chain->reach_ft[j] = pull.reach_ft;
+        chain->grit_extent_ft[j] = pull.grit_extent_ft;
     return pull.lb;
 }
 

@@ -64,7 +64,7 @@ struct mr_chain {
     float u_ft[MR_CHAIN_INDICES]; /* index: group from 1; 0 and group_count + 1 are the ground */
     float v_ft_s[MR_CHAIN_INDICES];
     float gap_ft[MR_CHAIN_INDICES]; /* opening of joint j at u = 0 */
-    float reach_ft[MR_CHAIN_INDICES];
+    float grit_extent_ft[MR_CHAIN_INDICES];
     float grit_lb[MR_CHAIN_INDICES];
     float push_lb[MR_CHAIN_INDICES]; /* permanent force on each group, in addition to the thrust */
     uint32_t updates;  /* number of mat updates computed since the last mr_chain_reset_updates */
@@ -99,12 +99,14 @@ static inline float mr_chain_opening_ft(const struct mr_chain *chain, unsigned j
 /* Static compression of a joint between groups at its present opening, lb; 0: none. */
 static inline float mr_chain_compression_lb(const struct mr_chain *chain, unsigned joint)
 {
-    float reach_ft = chain->reach_ft[joint],
-          press_ft = (reach_ft > 0.0f ? reach_ft : 0.0f) - mr_chain_opening_ft(chain, joint);
+    float grit_extent_ft = chain->grit_extent_ft[joint],
+          press_ft = (grit_extent_ft > 0.0f ? grit_extent_ft : 0.0f) -
+                     mr_chain_opening_ft(chain, joint);
     if (!(press_ft > 0.0f))
         return 0.0f;
     float press_lb = chain->kl_lb_ft * press_ft;
-    return reach_ft > 0.0f && press_lb > chain->grit_lb[joint] ? chain->grit_lb[joint] : press_lb;
+    return grit_extent_ft > 0.0f && press_lb > chain->grit_lb[joint] ? chain->grit_lb[joint]
+                                                                     : press_lb;
 }
 /* Displacement of a mat (1..mats), feet. */
 float mr_chain_displacement_ft(const struct mr_chain *chain, unsigned mat);

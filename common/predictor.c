@@ -262,13 +262,14 @@ static void set_gaps_from_chain(struct mr_predictor *p)
 /* --- resistances --- */
 
 /* Returns the resistance of the joint of a group that closes next, relative to the mean. The
- * weakest joint closes first; reach_ft (the reach of the grit) shows how far the group has
+ * weakest joint closes first; grit_extent_ft (the extent of the grit) shows how far the group has
  * closed. */
 static float get_weakest_joint_share(const struct mr_predictor *p, unsigned j)
 {
     unsigned group = p->chain.mats_per_group, first = (j - 1u) * group,
              last = get_joint_count(p) - 1u;
-    float reach_ft = p->chain.reach_ft[j] - 1e-7f, best = 0.0f, most = 0.0f, share[4], gap_ft[4];
+    float grit_extent_ft = p->chain.grit_extent_ft[j] - 1e-7f, best = 0.0f, most = 0.0f, share[4],
+          gap_ft[4];
     if (group == 1u)
         return get_grit_share(j);
     for (unsigned i = 0; i < group; i++) {
@@ -280,7 +281,7 @@ static float get_weakest_joint_share(const struct mr_predictor *p, unsigned j)
         float stronger_ft = 0.0f;
         for (unsigned k = 0; k < group; k++)
             stronger_ft += share[k] > share[i] ? gap_ft[k] : 0.0f;
-        if (stronger_ft < reach_ft && (best == 0.0f || share[i] < best))
+        if (stronger_ft < grit_extent_ft && (best == 0.0f || share[i] < best))
             best = share[i];
     }
     return best > 0.0f ? best : most;

@@ -65,8 +65,8 @@ static void apply_joint_repairs(struct advise *advise, int64_t from, int64_t to)
             /* these repairs leave the joints unchanged */
             (what && strstr("band|rivet|stiffener|membrane", what)))
             continue;
-        advise_resample_joints(&advise->members, (unsigned)lround(first),
-                               (unsigned)lround(fmin(first + mats, end)));
+        advise_redraw_joints(&advise->members, (unsigned)lround(first),
+                             (unsigned)lround(fmin(first + mats, end)));
         advise->repair_count++;
     }
 }
@@ -78,10 +78,10 @@ static enum mr_status update_ensemble(struct advise *advise, struct error *error
         const struct history_landing *landing = &history->landing[i];
         progress_set(advise->progress, "%zu of %zu landings processed", i, history->landing_count);
         if (landing->is_relaid)
-            advise_relay_mats(&advise->members);
+            advise_redraw_all_joints(&advise->members);
         apply_joint_repairs(advise, i ? landing[-1].run : 0, landing->run);
         if (!landing->is_measured) {
-            advise->skipped_landings++;
+            advise->skipped_landing_count++;
             continue;
         }
         if (!advise_update(&advise->members, &landing->observation))
@@ -90,8 +90,8 @@ static enum mr_status update_ensemble(struct advise *advise, struct error *error
                              "diverged; check the readings of that landing, or void it",
                              (long long)landing->run);
     }
-    if (history->is_relaid_since)
-        advise_relay_mats(&advise->members);
+    if (history->is_relaid_since_landing)
+        advise_redraw_all_joints(&advise->members);
     apply_joint_repairs(
         advise, history->landing_count ? history->landing[history->landing_count - 1].run : 0,
         advise->request.before_run ? advise->request.before_run : history->newest_run + 1);
@@ -107,7 +107,7 @@ static bool is_outside_range(double value, double low, double high)
            value < low * (1.0 - OUTSIDE_RANGE_FRACTION);
 }
 
-static void check_plan_range(struct advise *advise)
+static void detect_plan_outside_range(struct advise *advise)
 {
     const struct history *history = &advise->history;
     double braking[2] = {(double)INFINITY, 0.0}, speed[2] = {(double)INFINITY, 0.0};
@@ -133,11 +133,11 @@ static void set_plan_deviation(struct advise *advise)
     size_t count = 0;
     for (size_t i = 0; i < history->landing_count; i++) {
         const struct history_landing *landing = &history->landing[i];
-        if (landing->is_measured && landing->planned_ft_s2 > 0.0)
-            log_ratio[count++] =
-                log(landing->observation.braking.mean_braking_ft_s2 / landing->planned_ft_s2);
+        if (landing->is_measured && landing->planned_deceleration_ft_s2 > 0.0)
+            log_ratio[count++] = log(landing->observation.braking.mean_braking_ft_s2 /
+                                     landing->planned_deceleration_ft_s2);
     }
-    advise->planned_landings = (unsigned)count;
+    advise->planned_landing_count = (unsigned)count;
     advise_predict_plan_deviation(log_ratio, count, &advise->plan.braking_log_bias,
                                   &advise->plan.braking_spread);
     free(log_ratio);
@@ -178,9 +178,9 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
         return error_set(error, MR_USAGE,
                          "not on the runway: touchdown at %.1f ft; the mats end at %.1f ft",
                          plan->touchdown_ft, length_ft);
-    advise->uses_previous_landing = isnan(plan->speed_ft_s) ||
-                                    (isnan(plan->mean_braking_ft_s2) && !plan->profile.point_count);
-    if (advise->uses_previous_landing && !last)
+    advise->is_based_on_previous_landing =
+        isnan(plan->speed_ft_s) || (isnan(plan->mean_braking_ft_s2) && !plan->profile.point_count);
+    if (advise->is_based_on_previous_landing && !last)
         return error_set(error, MR_USAGE,
                          "no plan: there is no earlier landing whose speed and deceleration could "
                          "be used; give --speed and --deceleration");
@@ -207,8 +207,8 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
  * the runway (rounded to a tenth), and the planned deceleration. */
 static void choose_row_decelerations(struct advise *advise, double mean_ft_s2[ADVISE_ROW_COUNT])
 {
-    double low = ceil(10.0 * advise->least_braking_ft_s2) / 10.0,
-           high = fmax(MAX_TO_LEAST_BRAKING_RATIO * advise->least_braking_ft_s2,
+    double low = ceil(10.0 * advise->min_braking_ft_s2) / 10.0,
+           high = fmax(MAX_TO_LEAST_BRAKING_RATIO * advise->min_braking_ft_s2,
                        MAX_TO_PLANNED_BRAKING_RATIO * advise->plan.mean_braking_ft_s2);
     for (unsigned i = 0; i < EVENLY_SPACED_ROWS; i++)
         mean_ft_s2[i] = round(10.0 * (low + (high - low) * i / (EVENLY_SPACED_ROWS - 1u))) / 10.0;
@@ -242,7 +242,7 @@ static void find_max_braking(struct advise *advise)
     double mean_ft_s2[ADVISE_ROW_COUNT], limit = advise->request.risk_limit;
     size_t first = 0, rows;
     while (first + 1 < advise->row_count &&
-           advise->row[first].mean_braking_ft_s2 < advise->least_braking_ft_s2)
+           advise->row[first].mean_braking_ft_s2 < advise->min_braking_ft_s2)
         first++;
     rows = advise->row_count - first;
     for (size_t i = 0; i < rows; i++) {
@@ -280,8 +280,8 @@ static bool refine_max_speed(struct advise *advise, struct advise_braking *braki
         if (!advise_compute_row(&advise->members, &plan, plan.mean_braking_ft_s2, braking, outcome,
                                 &row[at]))
             return false;
-        at = advise_find_coarse_gap(speed_ft_s, row, rows + 1, limit,
-                                    SPEED_RESOLUTION_FRACTION * planned_ft_s) +
+        at = advise_find_wide_row_step(speed_ft_s, row, rows + 1, limit,
+                                       SPEED_RESOLUTION_FRACTION * planned_ft_s) +
              1;
         if (at > rows + 1) {
             rows++;
@@ -299,7 +299,7 @@ static enum mr_status compute_advice_rows(struct advise *advise, struct error *e
     struct advise_outcome *outcome = xcalloc(members->member_count, sizeof *outcome);
     double mean_ft_s2[ADVISE_ROW_COUNT];
     bool good = true;
-    advise->least_braking_ft_s2 = advise_least_braking_ft_s2(members, &advise->plan);
+    advise->min_braking_ft_s2 = advise_compute_min_braking_ft_s2(members, &advise->plan);
     choose_row_decelerations(advise, mean_ft_s2);
     for (size_t i = 0; good && i < ADVISE_ROW_COUNT; i++) {
         progress_set(advise->progress, "%zu of %u decelerations tried", i, ADVISE_ROW_COUNT);
@@ -523,7 +523,7 @@ enum mr_status advise_compute(struct advise *advise, bool si, struct progress *p
     if (status == MR_OK)
         status = update_ensemble(advise, error);
     if (status == MR_OK) {
-        check_plan_range(advise);
+        detect_plan_outside_range(advise);
         if (advise->is_plan_outside_range)
             advise_widen_spread(&advise->members, OUTSIDE_RANGE_SPREAD_FACTOR);
         status = compute_advice_rows(advise, error);
@@ -603,16 +603,20 @@ static void add_row(const struct advise *advise, const struct advise_row *row,
         answer_open_row(answer);
         answer_add_value(answer, "station", NULL, UNIT_STATION,
                          length_ft * (s + 1u) / ADVISE_RUNWAY_PARTS, 1);
-        answer_add_value(answer, "zone", NULL, UNIT_NUMBER, row->zone_by_part[s].probability, 3);
-        answer_add_value(answer, "zone_low", NULL, UNIT_NUMBER, row->zone_by_part[s].low, 3);
-        answer_add_value(answer, "zone_high", NULL, UNIT_NUMBER, row->zone_by_part[s].high, 3);
+        answer_add_value(answer, "zone", NULL, UNIT_NUMBER,
+                         row->zone_probability_by_part[s].probability, 3);
+        answer_add_value(answer, "zone_low", NULL, UNIT_NUMBER,
+                         row->zone_probability_by_part[s].low, 3);
+        answer_add_value(answer, "zone_high", NULL, UNIT_NUMBER,
+                         row->zone_probability_by_part[s].high, 3);
     }
     answer_close_group(answer);
     for (unsigned s = 1; s + 1u < ADVISE_RUNWAY_PARTS; s++) {
         char label[40];
         snprintf(label, sizeof label, "by|%.0f %s",
                  station->factor * length_ft * (s + 1u) / ADVISE_RUNWAY_PARTS, station->text);
-        answer_add_text(answer, NULL, label, "%.0f %%", 100.0 * row->zone_by_part[s].probability);
+        answer_add_text(answer, NULL, label, "%.0f %%",
+                        100.0 * row->zone_probability_by_part[s].probability);
     }
     answer_add_value(answer, "half_station", "half of|zones by", UNIT_STATION,
                      row->median_zone_station_ft, 0);
@@ -628,13 +632,13 @@ static void add_plan(const struct advise *advise, struct answer *answer)
     answer_add_value(answer, "touchdown", "touchdown", UNIT_STATION, plan->touchdown_ft, 1);
     answer_add_value(answer, "deceleration", "braking", UNIT_DECELERATION, plan->mean_braking_ft_s2,
                      2);
-    if (advise->planned_landings)
+    if (advise->planned_landing_count)
         answer_add_text(
             answer, NULL, "followed",
             "braking within %.0f %% rms of the plan, %+.0f %% on average, in %u landings "
             "with a stored plan",
             100.0 * plan->braking_spread, 100.0 * (exp(plan->braking_log_bias) - 1.0),
-            advise->planned_landings);
+            advise->planned_landing_count);
     else
         answer_add_text(answer, NULL, "followed",
                         "braking within %.0f %% rms of the plan, assumed: no landing has a stored "
@@ -642,11 +646,11 @@ static void add_plan(const struct advise *advise, struct answer *answer)
                         100.0 * plan->braking_spread);
     answer_add_value(answer, "spread", NULL, UNIT_NUMBER, plan->braking_spread, 3);
     answer_add_value(answer, "bias", NULL, UNIT_NUMBER, plan->braking_log_bias, 3);
-    answer_add_count(answer, "plans_kept", NULL, advise->planned_landings);
+    answer_add_count(answer, "plans_kept", NULL, advise->planned_landing_count);
     answer_add_value(answer, "least", "minimum to stop", UNIT_DECELERATION,
-                     advise->least_braking_ft_s2, 2);
+                     advise->min_braking_ft_s2, 2);
     answer_append_remark(answer, ", at the end of the runway");
-    answer_add_flag(answer, "as_before", NULL, advise->uses_previous_landing);
+    answer_add_flag(answer, "as_before", NULL, advise->is_based_on_previous_landing);
     answer_close_group(answer);
 }
 
@@ -664,8 +668,8 @@ static void add_parameters(const struct advise *advise, struct answer *answer)
                 {"stiffness", "stiffness of a joint", ADVISE_UNKNOWN_STIFFNESS, UNIT_STIFFNESS, 0}};
     answer_open_group(answer, "learned", "Estimates from the landings");
     answer_add_count(answer, "landings", "landings", advise->members.update_count);
-    answer_add_count(answer, "not_learned", NULL, (int64_t)advise->skipped_landings);
-    answer_add_count(answer, "voided", NULL, (int64_t)advise->history.voided_landings);
+    answer_add_count(answer, "not_learned", NULL, (int64_t)advise->skipped_landing_count);
+    answer_add_count(answer, "voided", NULL, (int64_t)advise->history.voided_landing_count);
     answer_add_count(answer, "repairs", NULL, (int64_t)advise->repair_count);
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         double mean, spread;
@@ -691,22 +695,22 @@ static void add_notes(const struct advise *advise, struct answer *answer)
         answer_add_text(
             answer, NULL, "note",
             "the model has not been updated from any landing: the ranges are the initial ones");
-    if (advise->skipped_landings)
+    if (advise->skipped_landing_count)
         answer_add_text(
             answer, NULL, "note",
             "landings without a measured stop: %zu; they were not used, and their effect "
             "on the joints is unknown",
-            advise->skipped_landings);
-    if (history->voided_landings)
+            advise->skipped_landing_count);
+    if (history->voided_landing_count)
         answer_add_text(answer, NULL, "note", "void landings left out: %zu",
-                        history->voided_landings);
+                        history->voided_landing_count);
     if (history->surveyed_segment_count < history->segment_count)
         answer_add_text(
             answer, NULL, "note",
             "%u of %u segments were surveyed since the last landing; the openings of the "
             "other segments are estimated from the simulated runways",
             history->surveyed_segment_count, history->segment_count);
-    if (history->is_relaid_since)
+    if (history->is_relaid_since_landing)
         answer_add_text(
             answer, NULL, "note",
             "a series has begun since the last landing: the joint openings are assumed to "
@@ -721,7 +725,7 @@ static void add_notes(const struct advise *advise, struct answer *answer)
         answer_add_text(answer, NULL, "note",
                         "the plan is outside the range of the earlier landings: the uncertainty of "
                         "the estimates is increased by half");
-    if (advise->uses_previous_landing)
+    if (advise->is_based_on_previous_landing)
         answer_add_text(answer, NULL, "note",
                         "speed or deceleration not given: the values of the last landing are used");
 }

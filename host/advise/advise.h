@@ -39,13 +39,14 @@ struct advise {
     struct history history;
     struct advise_members members;
     struct advise_plan plan;
-    bool uses_previous_landing; /* speed or deceleration is that of the previous landing */
-    unsigned planned_landings;  /* number of landings with a stored plan */
+    bool is_based_on_previous_landing; /* speed or deceleration is that of the previous landing */
+    unsigned planned_landing_count;    /* number of landings with a stored plan */
     /* the plan lies outside the range of the previous landings, so the ensemble was widened */
     bool is_plan_outside_range;
-    size_t repair_count;     /* number of repairs for which new joints were drawn */
-    size_t skipped_landings; /* number of landings from which the ensemble could not be updated */
-    double least_braking_ft_s2; /* deceleration that stops the gear at the end of the runway */
+    size_t repair_count; /* number of repairs for which new joints were drawn */
+    size_t
+        skipped_landing_count; /* number of landings from which the ensemble could not be updated */
+    double min_braking_ft_s2;  /* deceleration that stops the gear at the end of the runway */
     struct advise_row row[ADVISE_ROW_COUNT];
     /* row_count rows in ascending order of braking; plan_row is the index of the planned braking */
     size_t row_count, plan_row;

@@ -128,10 +128,10 @@ static enum mr_status load_plan(struct store *store, int64_t after, struct histo
     struct store_advice *advice = NULL;
     size_t count = 0;
     enum mr_status status = store_advices_get(store, &advice, &count, error);
-    landing->planned_ft_s2 = (double)NAN;
+    landing->planned_deceleration_ft_s2 = (double)NAN;
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         if (advice[i].after_run >= after && advice[i].after_run < landing->run)
-            landing->planned_ft_s2 = advice[i].deceleration_ft_s2;
+            landing->planned_deceleration_ft_s2 = advice[i].deceleration_ft_s2;
     }
     free(advice);
     return status;
@@ -193,7 +193,7 @@ static enum mr_status select_landings(struct store *store, int64_t before,
         if (strcmp((*rows)[i].board_uid, (*rows)[all - 1].board_uid) != 0)
             continue;
         status = store_is_void(store, (*rows)[i].id, &is_void, reason, error);
-        history->voided_landings += is_void;
+        history->voided_landing_count += is_void;
         if (status == MR_OK && !is_void)
             (*rows)[kept++] = (*rows)[i];
     }
@@ -220,7 +220,7 @@ static enum mr_status load_series(struct store *store, const struct store_landin
         history->landing[i].is_relaid = i > 0 && series.id != last;
         last = series.id;
     }
-    history->is_relaid_since = count > 0 && newest > last;
+    history->is_relaid_since_landing = count > 0 && newest > last;
     return status;
 }
 
@@ -266,7 +266,7 @@ enum mr_status history_load(struct store *store, int64_t before, struct history 
                                   &history->survey_error_in, error);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         bool last = i + 1 == count,
-             anew = last ? history->is_relaid_since : history->landing[i + 1].is_relaid;
+             anew = last ? history->is_relaid_since_landing : history->landing[i + 1].is_relaid;
         if (!anew)
             memcpy(history->landing[i].observation.survey_after_in,
                    last ? history->segment_sum_in

@@ -15,7 +15,7 @@ struct history_landing {
     bool is_relaid;   /* the mats were relaid before this landing, and a new series began */
     struct advise_observation observation; /* observation.braking.profile points to `profile` */
     struct advise_profile profile;         /* measured braking over time */
-    double planned_ft_s2; /* planned mean deceleration; NaN: no advice was stored */
+    double planned_deceleration_ft_s2; /* planned mean deceleration; NaN: no advice was stored */
 };
 
 struct history {
@@ -29,8 +29,8 @@ struct history {
     size_t landing_count;
     int64_t newest_run; /* newest RUN of the campaign, even if it is not among the landings here */
     /* voided landings, excluded because their effect on the mats is unknown */
-    size_t voided_landings;
-    bool is_relaid_since; /* a series was started since the last landing */
+    size_t voided_landing_count;
+    bool is_relaid_since_landing; /* a series was started since the last landing */
     /* surveyed opening of each segment (sum over its joints) since the last landing; NaN: not
      * read */
     double segment_sum_in[MR_SEGMENTS];

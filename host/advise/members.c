@@ -130,14 +130,14 @@ void advise_members_free(struct advise_members *members)
     members->member = NULL;
 }
 
-void advise_relay_mats(struct advise_members *members)
+void advise_redraw_all_joints(struct advise_members *members)
 {
     for (size_t m = 0; m < members->member_count; m++)
         draw_joint_gaps(members, &members->member[m], 0, members->runway.chain.mats);
     members->is_surveyed = false;
 }
 
-void advise_resample_joints(struct advise_members *members, unsigned first, unsigned last)
+void advise_redraw_joints(struct advise_members *members, unsigned first, unsigned last)
 {
     for (size_t m = 0; m < members->member_count; m++) {
         struct advise_member *member = &members->member[m];
@@ -245,7 +245,7 @@ struct batch {
     struct advise_member *member;
     const struct advise_braking *braking;
     struct advise_outcome *outcome;
-    bool keeps_joint_state;
+    bool updates_joint_state;
     struct gear gear[CHAINS_LANES];
     double time_step_s;
 };
@@ -276,7 +276,7 @@ static struct chains *start_batch_chains(struct batch *b,
                      ceil(REST_CHECK_STEP_S / (0.98 * (double)MR_CHAIN_STEP_MARGIN * limit_s));
     for (unsigned k = 0; k < CHAINS_LANES; k++)
         params[k].step_s = (float)b->time_step_s;
-    return chains_new(params, gap, grit, &status);
+    return chains_make(params, gap, grit, &status);
 }
 
 static void advance_gear(struct batch *b, unsigned k, double t_s, unsigned *mat, float *thrust_lb)
@@ -307,8 +307,8 @@ static void update_longest_zone(struct batch *b, const struct chains *chains, un
     if (!zone.mat_count ||
         zone.first_mat * length_ft - gear->position_ft >= ADVISE_ZONE_REACHED_DISTANCE_FT)
         return;
-    if (zone.mat_count > b->outcome[k].longest_mats)
-        b->outcome[k].longest_mats = (uint16_t)zone.mat_count;
+    if (zone.mat_count > b->outcome[k].longest_zone_mats)
+        b->outcome[k].longest_zone_mats = (uint16_t)zone.mat_count;
     if (zone.mat_count >= ADVISE_ZONE_MATS && isnan(b->outcome[k].zone_station_ft))
         b->outcome[k].zone_station_ft = (float)gear->position_ft;
 }
@@ -332,12 +332,12 @@ static void set_batch_outcome(struct batch *b, const struct chains *chains, unsi
         double g = fmin(fmax((double)chains_opening_ft(chains, k, j + 1u), 0.0), slack_ft);
         if (j / MR_MATS_PER_SEGMENT < get_segment_count(b->members))
             outcome->segment_sum_in[j / MR_MATS_PER_SEGMENT] += (float)(12.0 * g);
-        if (b->keeps_joint_state && !outcome->has_diverged)
+        if (b->updates_joint_state && !outcome->has_diverged)
             b->member[k].gap_ft[j] = (float)g;
     }
 }
 
-static bool is_rolling(const struct batch *b)
+static bool is_any_gear_rolling(const struct batch *b)
 {
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         if (b->gear[k].speed_ft_s > 0.0 &&
@@ -376,8 +376,8 @@ static bool simulate_batch(struct batch *b)
             advance_gear(b, k, (double)step * b->time_step_s, &mat[k], &thrust_lb[k]);
         chains_step(chains, mat, thrust_lb);
         if (step % settle == settle - 1u) {
-            away |= chains_settle(chains);
-            rest_s = is_rolling(b) ? 0.0 : rest_s + REST_CHECK_STEP_S;
+            away |= chains_end_block(chains);
+            rest_s = is_any_gear_rolling(b) ? 0.0 : rest_s + REST_CHECK_STEP_S;
         }
         for (unsigned k = 0; step % each_look == 0 && k < CHAINS_LANES; k++)
             update_longest_zone(b, chains, k);
@@ -396,7 +396,7 @@ struct simulation {
     struct advise_members *members;
     const struct advise_braking *braking;
     struct advise_outcome *outcome;
-    bool keeps_joint_state;
+    bool updates_joint_state;
     _Atomic bool failed;
 };
 
@@ -409,17 +409,19 @@ static void simulate_batches(void *context, size_t from, size_t every)
                               .member = p->members->member + CHAINS_LANES * i,
                               .braking = p->braking + CHAINS_LANES * i,
                               .outcome = p->outcome + CHAINS_LANES * i,
-                              .keeps_joint_state = p->keeps_joint_state};
+                              .updates_joint_state = p->updates_joint_state};
         if (!simulate_batch(&batch))
             p->failed = true;
     }
 }
 
 bool advise_simulate(struct advise_members *members, const struct advise_braking *braking,
-                     bool keeps, struct advise_outcome *outcome)
+                     bool updates_joint_state, struct advise_outcome *outcome)
 {
-    struct simulation playing = {
-        .members = members, .braking = braking, .outcome = outcome, .keeps_joint_state = keeps};
+    struct simulation playing = {.members = members,
+                                 .braking = braking,
+                                 .outcome = outcome,
+                                 .updates_joint_state = updates_joint_state};
     parallel_for(members->thread_count, simulate_batches, &playing);
     return !playing.failed;
 }
@@ -584,12 +586,12 @@ void smoother_moments(const double *state, size_t members, size_t states, size_t
     *deviation = members > 1 ? sqrt(squares / (double)(members - 1)) : 0.0;
 }
 
-void smoother_widen_spread(double *state, size_t members, size_t states, size_t column, double was,
-                           double kept, double least)
+void smoother_restore_spread(double *state, size_t members, size_t states, size_t column,
+                             double old_deviation, double restored_fraction, double min_deviation)
 {
     double mean, now;
     smoother_moments(state, members, states, column, &mean, &now);
-    double wanted = fmax(now + kept * fmax(was - now, 0.0), least);
+    double wanted = fmax(now + restored_fraction * fmax(old_deviation - now, 0.0), min_deviation);
     for (size_t m = 0; now > 0.0 && m < members; m++) {
         double *x = &state[m * states + column];
         *x = mean + (*x - mean) * wanted / now;
@@ -751,8 +753,8 @@ static void restore_spread(struct advise_members *members, struct assimilation *
 {
     members_to_state(members, l);
     for (unsigned k = 0; k < ADVISE_UNKNOWN_COUNT; k++)
-        smoother_widen_spread(l->state, members->member_count, STATE_COUNT, k, was[k],
-                              RESTORED_SPREAD_FRACTION, factor_bounds[k].min_spread);
+        smoother_restore_spread(l->state, members->member_count, STATE_COUNT, k, was[k],
+                                RESTORED_SPREAD_FRACTION, factor_bounds[k].min_spread);
     members_from_state(members, l);
 }
 
@@ -779,7 +781,7 @@ bool advise_update(struct advise_members *members, const struct advise_observati
     return good;
 }
 
-void advise_widen_spread(struct advise_members *members, double times)
+void advise_widen_spread(struct advise_members *members, double factor)
 {
     for (int k = 0; k < ADVISE_UNKNOWN_COUNT; k++) {
         double mean, spread;
@@ -787,7 +789,7 @@ void advise_widen_spread(struct advise_members *members, double times)
         for (size_t m = 0; m < members->member_count; m++) {
             double *u = &members->member[m].unknown[k],
                    by = get_configured_value(&members->runway, (enum advise_unknown)k);
-            *u = log(mean) + times * (*u - log(mean));
+            *u = log(mean) + factor * (*u - log(mean));
             *u = fmin(fmax(*u, log(factor_bounds[k].low * by)), log(factor_bounds[k].high * by));
         }
     }
@@ -912,14 +914,15 @@ bool advise_compute_row(struct advise_members *members, const struct advise_plan
         row->zone_probability = advise_compute_probability(come, played, members->is_surveyed);
         row->off_runway_share = (double)off / (double)played;
         for (unsigned s = 0; s < ADVISE_RUNWAY_PARTS; s++)
-            row->zone_by_part[s] = advise_compute_probability(by[s], played, members->is_surveyed);
+            row->zone_probability_by_part[s] = advise_compute_probability(by[s], played,
+                                                                          members->is_surveyed);
     }
     free(at_ft);
     return played > 0;
 }
 
-double advise_least_braking_ft_s2(const struct advise_members *members,
-                                  const struct advise_plan *plan)
+double advise_compute_min_braking_ft_s2(const struct advise_members *members,
+                                        const struct advise_plan *plan)
 {
     const struct mr_chain_params *chain = &members->runway.chain;
     double left_ft = (double)chain->mat_length_ft * chain->mats - plan->touchdown_ft;
@@ -935,7 +938,7 @@ double advise_find_stop_short_ft_s2(const struct advise_row *row, size_t rows, d
 }
 
 /* Selects the probability of a zone or an end of its interval. The highest probability is first. */
-enum risk_level { RISK_INTERVAL_HIGH, RISK_ESTIMATE, RISK_INTERVAL_LOW, RISK_LEVELS };
+enum risk_level { RISK_INTERVAL_HIGH, RISK_ESTIMATE, RISK_INTERVAL_LOW, RISK_LEVEL_COUNT };
 
 static double get_row_risk(const struct advise_row *row, enum risk_level of)
 {
@@ -978,12 +981,12 @@ struct advise_limit_crossing advise_find_limit_crossing(const double *x,
         .is_unbounded = beyond};
 }
 
-size_t advise_find_coarse_gap(const double *x, const struct advise_row *row, size_t rows,
-                              double limit, double width)
+size_t advise_find_wide_row_step(const double *x, const struct advise_row *row, size_t rows,
+                                 double limit, double width)
 {
-    static const enum risk_level order[RISK_LEVELS] = {RISK_ESTIMATE, RISK_INTERVAL_HIGH,
-                                                       RISK_INTERVAL_LOW};
-    for (size_t k = 0; k < RISK_LEVELS; k++) {
+    static const enum risk_level order[RISK_LEVEL_COUNT] = {RISK_ESTIMATE, RISK_INTERVAL_HIGH,
+                                                            RISK_INTERVAL_LOW};
+    for (size_t k = 0; k < RISK_LEVEL_COUNT; k++) {
         size_t i = find_first_row_above(row, rows, limit, order[k]);
         if (i > 0 && i < rows && x[i] - x[i - 1] > width)
             return i - 1;

@@ -127,8 +127,8 @@ struct advise_outcome {
     float zone_station_ft; /* where the wheel first reaches a zone of 50 mats; NaN: never */
     /* station at which the wheel stops; beyond the runway if the aircraft rolls off */
     float stop_station_ft;
-    uint16_t longest_mats; /* mats of the longest zone that the wheel reached */
-    bool has_diverged;     /* the simulation diverged, so the other fields are not valid */
+    uint16_t longest_zone_mats; /* mats of the longest zone that the wheel reached */
+    bool has_diverged;          /* the simulation diverged, so the other fields are not valid */
     float movement_in[MR_TRANSDUCERS]; /* movement at the end; NaN: no transducer is fitted */
     float segment_sum_in[MR_SEGMENTS]; /* sums of the openings of each segment at the end */
 };
@@ -142,18 +142,18 @@ void advise_members_free(struct advise_members *members);
 
 /* Draws all openings again, because the mats were relaid. The other properties keep their updated
  * values. */
-void advise_relay_mats(struct advise_members *members);
+void advise_redraw_all_joints(struct advise_members *members);
 /* Draws openings and closing resistances of joints `first` to `last` (counted from 0) again,
  * because their mats were replaced or relaid. */
-void advise_resample_joints(struct advise_members *members, unsigned first, unsigned last);
+void advise_redraw_joints(struct advise_members *members, unsigned first, unsigned last);
 /* Sets the openings to the surveyed sums (NaN: not read), with an independent survey error for each
  * member. */
 void advise_apply_survey(struct advise_members *members, const double sum_in[MR_SEGMENTS],
                          double error_in);
-/* Simulates a landing on each member. With `keeps`, each member keeps the joint openings at the end
- * of the landing. Returns false if memory is insufficient. */
+/* Simulates a landing on each member. With `updates_joint_state`, each member keeps the joint
+ * openings at the end of the landing. Returns false if memory is insufficient. */
 bool advise_simulate(struct advise_members *members, const struct advise_braking *braking,
-                     bool keeps, struct advise_outcome *outcome);
+                     bool updates_joint_state, struct advise_outcome *outcome);
 
 /* What was measured in a landing. */
 struct advise_observation {
@@ -169,9 +169,9 @@ struct advise_observation {
  * diverged. */
 bool advise_update(struct advise_members *members, const struct advise_observation *observation);
 
-/* Multiplies the spread of the updated properties about their means by `times` (above 1). Used
+/* Multiplies the spread of the updated properties about their means by `factor` (above 1). Used
  * before a landing that is unlike the previous ones. */
-void advise_widen_spread(struct advise_members *members, double times);
+void advise_widen_spread(struct advise_members *members, double factor);
 
 /* The longest compression zone ahead of the wheel. A zone begins and ends with a closed joint (open
  * by less than 0.001 in). Among any ten consecutive joints in it, at most one is open. Joints are
@@ -218,10 +218,11 @@ void smoother_update(const struct smoother *smoother, struct rng *rng);
 /* Computes mean and standard deviation of column `column` of [members][states]. */
 void smoother_moments(const double *state, size_t members, size_t states, size_t column,
                       double *mean, double *deviation);
-/* Restores the fraction `kept` of the spread that a column has lost in an update; `was` is its
- * standard deviation before the update. The restored standard deviation is at least `least`. */
-void smoother_widen_spread(double *state, size_t members, size_t states, size_t column, double was,
-                           double kept, double least);
+/* Restores the fraction `restored_fraction` of the spread that a column has lost in an update;
+ * `old_deviation` is its standard deviation before the update. The restored standard deviation is
+ * at least `min_deviation`. */
+void smoother_restore_spread(double *state, size_t members, size_t states, size_t column,
+                             double old_deviation, double restored_fraction, double min_deviation);
 
 /* A weight that falls smoothly from 1 at distance 0 to 0 at distance 2 `half` (Gaspari and Cohn
  * 1999, equation 4.10). */
@@ -261,7 +262,7 @@ struct advise_row {
     double zone_share; /* share of the members in which the wheel reaches a zone, not calibrated */
     struct advise_probability zone_probability;
     /* probability that the wheel reaches a zone before the end of each part of the runway */
-    struct advise_probability zone_by_part[ADVISE_RUNWAY_PARTS];
+    struct advise_probability zone_probability_by_part[ADVISE_RUNWAY_PARTS];
     double off_runway_share; /* share of the members in which the aircraft rolls off the runway */
     /* median of the stations at which zones are reached; NaN: no member reaches a zone */
     double median_zone_station_ft;
@@ -298,8 +299,8 @@ double advise_calibrate_share(double share, bool surveyed);
 double advise_convert_to_log_odds(double share);
 
 /* The mean deceleration that stops the gear at the end of the runway. */
-double advise_least_braking_ft_s2(const struct advise_members *members,
-                                  const struct advise_plan *plan);
+double advise_compute_min_braking_ft_s2(const struct advise_members *members,
+                                        const struct advise_plan *plan);
 
 /* Returns the lowest braking of the rows (in ascending order) above which the probability of a zone
  * stays below `limit`; NaN if there is none or if all rows are below the limit. Such braking exists
@@ -323,7 +324,7 @@ struct advise_limit_crossing advise_find_limit_crossing(const double *x,
 /* Finds the first pair of adjacent rows that are more than `width` apart and enclose the limit or
  * an end of its interval. Returns the index of the first row of the pair, or `rows` if there is
  * none. */
-size_t advise_find_coarse_gap(const double *x, const struct advise_row *row, size_t rows,
-                              double limit, double width);
+size_t advise_find_wide_row_step(const double *x, const struct advise_row *row, size_t rows,
+                                 double limit, double width);
 
 #endif

@@ -225,7 +225,7 @@ static void write_gain_advice(const struct mr_channel_config *channel, unsigned 
     const char *unit = channel->kind == MR_KIND_DISPLACEMENT ? "in" : "lb";
     const struct mr_gain_limits limits = mr_gain_limits(channel);
     char mistake[80];
-    jump_mistake_hint(channel, mistake, sizeof mistake);
+    jump_write_mistake_hint(channel, mistake, sizeof mistake);
     if (rule == MR_RULE_RANGE_TOO_NARROW)
         snprintf(
             out, size,

@@ -183,7 +183,7 @@ static void check_gains(const struct ready_inputs *f, struct ready_report *repor
             continue;
         jump_channel_name(i, input);
         snprintf(name, sizeof name, "calibration %s", input);
-        jump_mistake_hint(channel, mistake, sizeof mistake);
+        jump_write_mistake_hint(channel, mistake, sizeof mistake);
         ready_add_check(report, READY_NO_GO, name, NULL,
                         "run matrig board config get and config check; calibrate the channel again",
                         "%.4g %s per code: no sensor of the rig has such a gain%s",

@@ -18,7 +18,7 @@ static const struct circuit_values {
 };
 
 static const struct uncertainty_source {
-    const char *name, *text, *distribution, *unit_in, *unit_lb;
+    const char *name, *text, *distribution, *transducer_unit, *gage_unit;
 } sources[BUDGET_SOURCE_COUNT] = {
     [BUDGET_NOISE] = {"noise", "converter and amplifier: noise", "normal (type A)", "codes",
                       "codes"},
@@ -42,7 +42,7 @@ const char *budget_source_name(enum budget_source source)
     return sources[source].name;
 }
 
-const char *budget_source_text(enum budget_source source)
+const char *budget_source_label(enum budget_source source)
 {
     return sources[source].text;
 }
@@ -54,10 +54,10 @@ const char *budget_distribution(enum budget_source source)
 
 const char *budget_input_unit(enum budget_source source, bool transducer)
 {
-    return transducer ? sources[source].unit_in : sources[source].unit_lb;
+    return transducer ? sources[source].transducer_unit : sources[source].gage_unit;
 }
 
-double budget_noise_codes(void)
+double budget_default_noise_codes(void)
 {
     return circuit.adc_noise_lsb / sqrt((double)MR_SCANS_PER_BLOCK);
 }
@@ -105,7 +105,7 @@ static double get_input_uncertainty(const struct budget_case *of, enum budget_so
         return isnan(of->certificate_expanded_uncertainty) ? 0.0
                                                            : of->certificate_expanded_uncertainty;
     case BUDGET_POSITION: return of->station_error_ft;
-    default: return of->half_range_k;
+    default: return of->temperature_half_range_k;
     }
 }
 

@@ -47,9 +47,9 @@ struct budget_case {
     struct mr_error_conditions reading;
     double certificate_expanded_uncertainty; /* at the reading; NaN: no certificate */
     double certificate_coverage_factor;
-    double station_error_ft; /* standard uncertainty of the station, ft */
-    double slope_max_in_ft;  /* largest change of movement per distance along the mat */
-    double half_range_k;     /* half width of the temperature range, K */
+    double station_error_ft;         /* standard uncertainty of the station, ft */
+    double slope_max_in_ft;          /* largest change of movement per distance along the mat */
+    double temperature_half_range_k; /* half width of the temperature range, K */
 };
 
 struct budget_row {
@@ -72,8 +72,8 @@ struct budget {
 void budget_compute(const struct budget_case *of, struct budget *budget);
 
 /* The texts of these functions have static storage. */
-const char *budget_source_name(enum budget_source source); /* word for programs: "noise" */
-const char *budget_source_text(enum budget_source source); /* name for people */
+const char *budget_source_name(enum budget_source source);  /* word for programs: "noise" */
+const char *budget_source_label(enum budget_source source); /* name for people */
 const char *budget_distribution(enum budget_source source);
 /* Returns the unit of the input of a source for a transducer or else a gage: "codes", "1"
  * (relative), "ft", ... */
@@ -81,6 +81,6 @@ const char *budget_input_unit(enum budget_source source, bool transducer);
 
 /* Returns the standard deviation of a block's mean in codes, computed from the data sheet of the
  * circuit's converter, for a channel whose noise was not measured. */
-double budget_noise_codes(void);
+double budget_default_noise_codes(void);
 
 #endif

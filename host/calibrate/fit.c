@@ -8,7 +8,7 @@
 #define SLOPE_MIN_STANDARD_ERRORS \
     3.0 /* number of standard errors by which the slope must differ from 0 */
 
-static bool is_point_before(const struct calibrate_point *a, const struct calibrate_point *b)
+static bool has_smaller_code(const struct calibrate_point *a, const struct calibrate_point *b)
 {
     return a->code < b->code;
 }
@@ -33,7 +33,7 @@ static size_t average_by_value(const struct calibrate_point *point, size_t count
             continue;
         struct calibrate_point p = {.value = point[i].value, .code = sum / (double)same};
         size_t at = found++;
-        for (; at > 0 && is_point_before(&p, &mean[at - 1]); at--)
+        for (; at > 0 && has_smaller_code(&p, &mean[at - 1]); at--)
             mean[at] = mean[at - 1];
         mean[at] = p;
     }

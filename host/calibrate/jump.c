@@ -12,8 +12,8 @@
 
 /* ---- jump ---- */
 
-static bool is_other_sensor(const struct mr_channel_config *old,
-                            const struct mr_channel_config *new)
+static bool is_different_sensor(const struct mr_channel_config *old,
+                                const struct mr_channel_config *new)
 {
     return old->serial[0] && new->serial[0] &&
            memcmp(old->serial, new->serial, sizeof old->serial) != 0;
@@ -27,7 +27,7 @@ bool jump_find(const struct mr_channel_config *old, const struct mr_channel_conf
         old->unit_per_code == 0.0f || new->unit_per_code == 0.0f)
         return false;
     /* not for another sensor, and not for the first calibration of a sensor */
-    bool same = !is_other_sensor(old, new) && (old->calibrated_day || !new->calibrated_day);
+    bool same = !is_different_sensor(old, new) && (old->calibrated_day || !new->calibrated_day);
     double was = (double)mr_channel_gain(old), is = (double)mr_channel_gain(new),
            ratio = fabs(is / was),
            most = same       ? JUMP_RATIO_SAME_SENSOR
@@ -65,7 +65,7 @@ static double compute_gain_distance(const struct mr_gain_limits *limits, double 
     return gain >= least && gain <= most ? fabs(log(gain / sqrt(least * most))) : HUGE_VAL;
 }
 
-void jump_mistake_hint(const struct mr_channel_config *channel, char *out, size_t size)
+void jump_write_mistake_hint(const struct mr_channel_config *channel, char *out, size_t size)
 {
     const struct mr_gain_limits limits = mr_gain_limits(channel);
     const enum unit_kind kind = channel->kind == MR_KIND_DISPLACEMENT ? UNIT_DISPLACEMENT

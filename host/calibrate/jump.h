@@ -37,6 +37,6 @@ bool jump_channel_find(const char *name, size_t length, unsigned *index);
 
 /* Writes the likely mistake behind an impossible gain, "; the values may have been in mm" or "; the
  * columns may be swapped"; empty if no such mistake explains the gain of a measuring channel. */
-void jump_mistake_hint(const struct mr_channel_config *channel, char *out, size_t size);
+void jump_write_mistake_hint(const struct mr_channel_config *channel, char *out, size_t size);
 
 #endif

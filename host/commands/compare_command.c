@@ -96,11 +96,11 @@ static int print_verdict(const struct compare_verdict *verdict, struct answer *a
     struct error error = {0};
     int exit_code = answer_print(cli, answer, 0);
     if (verdict->failed_limits > 1)
-        error_set(&error, MR_LIMIT, "%s; and %zu more of %zu limits fail", verdict->worst_text,
+        error_set(&error, MR_LIMIT, "%s; and %zu more of %zu limits fail", verdict->worst_failure,
                   verdict->failed_limits - 1, verdict->checked_limits);
     else if (verdict->failed_limits)
         error_set(&error, MR_LIMIT, "%s; check the table above, or the limits",
-                  verdict->worst_text);
+                  verdict->worst_failure);
     return exit_code == 0 && verdict->failed_limits ? cli_fail(&error) : exit_code;
 }
 
@@ -114,11 +114,11 @@ static int compare_one_landing(struct store *store, const struct request *reques
     compare_run_landing(store, request->run, model, 0, &landing, fatal);
     if (request->output)
         write_csv(request, &landing, cli->si);
-    compare_judge(&landing.figures, &request->limits, &verdict);
+    compare_check(&landing.figures, &request->limits, &verdict);
     if (cli->json || request->all)
         compare_to_answer(&landing.figures, &verdict, answer);
     else
-        compare_add_brief(&landing.figures, &verdict, answer);
+        compare_add_summary(&landing.figures, &verdict, answer);
     measured_print_excluded(&landing.measured, cli);
     compare_landing_free(&landing);
     return print_verdict(&verdict, answer, cli);
@@ -138,7 +138,7 @@ static int compare_all_landings(struct store *store, const struct request *reque
     struct answer *answer = answer_new(cli->si);
     struct cli for_progress = *cli;
     compare_series_run(store, request->series, model, show_progress, &for_progress, &set, fatal);
-    compare_series_judge(&set, &request->limits);
+    compare_series_check(&set, &request->limits);
     compare_series_to_answer(&set, answer);
     struct compare_verdict verdict = set.verdict;
     compare_series_free(&set);
@@ -156,7 +156,7 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
     struct store *store = program_open_campaign(request.db, stored ? STORE_OPEN : STORE_READ);
     store_find_run(store, &request.run, fatal);
     compare_model_load(&model, request.scene, (size_t)request.seeds, fatal);
-    model.skips_storing = !stored;
+    model.is_storing_disabled = !stored;
     if (!stored)
         cli_note(cli, "the comparison was not stored: %s", cannot.text);
     int exit_code = request.run ? compare_one_landing(store, &request, &model, cli)

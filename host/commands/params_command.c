@@ -383,7 +383,7 @@ static void read_subgrade(struct reader *r)
     struct estimate mean = {0.0, 0.0}, k = {0.0, 0.0}, kv;
     struct inspections all;
     json_t *along = json_array();
-    series_make_path_beside(r->path, records ? records : "", path);
+    series_make_sibling_path(r->path, records ? records : "", path);
     inspection_load(program_open_campaign(path, STORE_READ), &all, fatal);
     for (int node = 0; node <= mats; node++) {
         double nearest_ft = HUGE_VAL;

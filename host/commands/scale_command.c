@@ -323,8 +323,8 @@ static json_t *expand_study_defaults(const struct request *request, const json_t
                                      const struct landing_series *c, struct error *error)
 {
     const char *path = request->words[0];
-    json_t *held = series_scene_json(path, source, error), *scene = json_deep_copy(held),
-           *elastic = series_elastic_json(path, source, error), *entry;
+    json_t *held = series_get_scene_json(path, source, error), *scene = json_deep_copy(held),
+           *elastic = series_get_elastic_ground_json(path, source, error), *entry;
     json_t *study = json_deep_copy(source);
     size_t i;
     json_array_foreach(json_object_get(study, "landings"), i, entry)

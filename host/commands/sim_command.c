@@ -46,7 +46,7 @@ static void handle_interrupt(int number)
 
 static bool show_progress(void *progress, int pass, double part)
 {
-    return sim_progress(progress, pass, part) && !interrupted;
+    return sim_report_progress(progress, pass, part) && !interrupted;
 }
 
 /* Runs the scene. The first Ctrl-C ends the run, and the results so far are printed; the second
@@ -134,7 +134,7 @@ static int sim_command(int argc, char **argv, const struct cli *cli)
     read_request(argc, argv, cli, &request);
     if (request.keys)
         return show_keys(cli);
-    if (request.options.solver && sim_solver_is_left_out(request.options.solver))
+    if (request.options.solver && sim_solver_is_missing(request.options.solver))
         return study_exec(argc, argv, cli);
     sim_scene_load(&scene, request.scene_path, fatal);
     if (!scene.name[0])

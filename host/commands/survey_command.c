@@ -191,7 +191,7 @@ static void add_worst_bow(const struct survey_results *found, struct answer *ans
            error = found->worst_bow_error_in * length->factor;
     double at = found->worst_bow_station_ft * station->factor,
            limit = SURVEY_BOW_LIMIT_IN * length->factor;
-    const char *verdict = survey_bow_verdict(found);
+    const char *verdict = survey_describe_bow(found);
     if (!found->first_survey)
         answer_add_sentence(answer, NULL, "first survey: later surveys are compared with this one");
     else if (isnan(worst))
@@ -519,7 +519,7 @@ static void begin_survey(const struct request *request, struct store *store, str
 {
     bool found = false;
     if (!request->starts_new_survey)
-        survey_load_open(store, survey, &found, fatal);
+        survey_load_unfinished(store, survey, &found, fatal);
     if (found) {
         cli_note(request->cli,
                  "continuing survey %lld, %zu of %zu points read (--new begins a new survey)",
@@ -566,7 +566,7 @@ static void check_before_end(const struct request *request, struct store *store,
                              struct survey *survey)
 {
     bool found = false;
-    survey_load_open(store, survey, &found, fatal);
+    survey_load_unfinished(store, survey, &found, fatal);
     if (!found)
         error_set(fatal, MR_NOT_NOW, "no unfinished survey: %s; --show prints the newest survey",
                   request->db);
@@ -737,7 +737,7 @@ static size_t write_sheet(const struct request *request, struct store *store, st
     if (found)
         survey_load(store, request->number, survey, fatal);
     else
-        survey_load_open(store, survey, &found, fatal);
+        survey_load_unfinished(store, survey, &found, fatal);
     if (!found) {
         /* a new survey, in which the readings of the newest survey are the previous readings */
         static struct survey newest;

@@ -119,7 +119,7 @@ static struct mr_error_conditions set_nominal_conditions(const struct request *r
     one->value = isnan(r->at_value) ? (double)one->channel.high / 3.0 : r->at_value;
     return (struct mr_error_conditions){
         .value = (float)one->value,
-        .noise = (float)budget_noise_codes() * fabsf(one->channel.unit_per_code),
+        .noise = (float)budget_default_noise_codes() * fabsf(one->channel.unit_per_code),
         .averaged_blocks = 1.0f,
         .baseline_blocks = movement ? (float)MEASURED_BASELINE_BLOCKS : 0.0f,
         .hours = movement ? 0.0f : (float)r->hours,
@@ -132,7 +132,7 @@ static bool make_budget(const struct request *r, const struct budget_input *s, u
     *one = (struct channel_budget){.index = index};
     if (r->channel >= 0 && r->channel != (int)index)
         return false;
-    struct budget_case of = {.half_range_k = r->kelvin,
+    struct budget_case of = {.temperature_half_range_k = r->kelvin,
                              .certificate_expanded_uncertainty = (double)NAN};
     of.reading = s->run ? set_landing_conditions(s, r->at_value, one)
                         : set_nominal_conditions(r, s, one);
@@ -192,7 +192,7 @@ static void add_rows(struct answer *answer, const struct channel_budget *one)
         double share = row->contribution / b->combined_uncertainty;
         answer_open_row(answer);
         answer_add_text(answer, "source", NULL, "%s", budget_source_name(s));
-        answer_add_text(answer, NULL, "source", "%s", budget_source_text(s));
+        answer_add_text(answer, NULL, "source", "%s", budget_source_label(s));
         answer_add_flag(answer, "stated", NULL, s < BUDGET_STATED_COUNT);
         answer_add_text(answer, NULL, "part", "%s", s < BUDGET_STATED_COUNT ? "stated" : "added");
         answer_add_value(answer, "input", "x", UNIT_NUMBER, row->input, -3);

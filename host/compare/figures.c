@@ -14,7 +14,7 @@
 /* In a few thousand samples, noise does not exceed this number of standard deviations. */
 #define NOISE_MAX_SIGMAS 5.0
 
-double signal_normalized_error(double measured, double measured_error, double simulated,
+double signal_compute_en_score(double measured, double measured_error, double simulated,
                                double simulated_error)
 {
     double error = hypot(measured_error, simulated_error), difference = fabs(measured - simulated);
@@ -267,7 +267,7 @@ static struct compare_zone find_board_zone(const struct measured_landing *measur
 
 /* Returns false where blocks were lost: survey openings alone, without movements, do not give the
  * zone at that time. */
-static bool has_movement(const struct measured_landing *measured, size_t sample)
+static bool has_movement_data(const struct measured_landing *measured, size_t sample)
 {
     unsigned readings = 0;
     for (unsigned c = 0; c < MR_TRANSDUCERS; c++) {
@@ -286,7 +286,7 @@ static struct compare_zone find_measured_zone(const struct measured_landing *mea
     double sample = (t_s - measured_time_s(measured, 0)) * 1000.0;
     if (survey->surveyed_segment_count == 0 ||
         !(sample >= 0.0 && sample < (double)measured->samples) ||
-        !has_movement(measured, (size_t)sample))
+        !has_movement_data(measured, (size_t)sample))
         return (struct compare_zone){.is_known = false};
     zones_compute_remaining_slack(measured, survey, (size_t)sample, remaining_in);
     double wheel_ft = measured_station_ft(measured, measured_time_s(measured, (size_t)sample));
@@ -452,7 +452,7 @@ static void compare_final_means(const struct measured_landing *measured,
                                     alignment / n);
     out->end_simulated.value = sum_s / n;
     out->end_simulated.error = simulated_error / n;
-    out->end_en_score = signal_normalized_error(out->end_measured.value, out->end_measured.error,
+    out->end_en_score = signal_compute_en_score(out->end_measured.value, out->end_measured.error,
                                                 out->end_simulated.value, out->end_simulated.error);
 }
 
@@ -477,11 +477,11 @@ static void compute_channel_figures(const struct measured_landing *measured,
     f->peak_measured.value = channel->peak;
     f->peak_measured.error = channel->peak_error;
     compare_final_means(measured, channel, s, out);
-    out->bias_en_score = signal_normalized_error(f->bias, f->bias_error, 0.0, 0.0);
-    out->peak_en_score = signal_normalized_error(f->peak_measured.value, f->peak_measured.error,
+    out->bias_en_score = signal_compute_en_score(f->bias, f->bias_error, 0.0, 0.0);
+    out->peak_en_score = signal_compute_en_score(f->peak_measured.value, f->peak_measured.error,
                                                  f->peak_simulated.value, f->peak_simulated.error);
     const struct signal_moment *m = &f->arrival_measured, *a = &f->arrival_simulated;
-    out->arrival_en_score = signal_normalized_error(m->t_s, m->t_error_s, a->t_s, a->t_error_s);
+    out->arrival_en_score = signal_compute_en_score(m->t_s, m->t_error_s, a->t_s, a->t_error_s);
 }
 
 /* Returns the most frequent reason for invalid readings. */
@@ -498,9 +498,9 @@ static const char *find_most_frequent_reason(const struct measured_landing *meas
                                     : mr_validity_text((unsigned)most);
 }
 
-static bool is_usable(const struct measured_landing *measured,
-                      const struct measured_channel *channel, const struct store_simulation *row,
-                      struct compare_channel *out)
+static bool is_channel_usable(const struct measured_landing *measured,
+                              const struct measured_channel *channel,
+                              const struct store_simulation *row, struct compare_channel *out)
 {
     size_t of = 0, valid = 0;
     double end_s = row ? row->t0_s + (double)row->length * row->dt_s : 0.0;
@@ -544,7 +544,7 @@ static void add_channel(const struct measured_landing *measured, const struct co
                                     .end_simulated = {nan, nan, nan, nan}};
     const struct signal empty = {.count = 0};
     signal_compute_figures(&empty, &out->figures); /* without samples, all figures become unknown */
-    out->is_compared = is_usable(measured, channel, row, out);
+    out->is_compared = is_channel_usable(measured, channel, row, out);
     if (!out->is_compared)
         return;
     compare_fill_curves(measured, clock, channel, row, solver_error_in, &series);
@@ -633,8 +633,8 @@ void compare_compute_agreement(const struct compare_figures *figures, struct com
         for (size_t k = 0; k < 3 && c->is_compared; k++) {
             if (isnan(values[k].en))
                 continue;
-            a->judged_values++;
-            a->differing_values += values[k].en > 1.0;
+            a->judged_value_count++;
+            a->differing_value_count += values[k].en > 1.0;
             if (a->channel && values[k].en <= a->en_score)
                 continue;
             a->channel = c;
@@ -663,8 +663,8 @@ void compare_write_agreement(const struct compare_agreement *a, bool si,
              "RUN %" PRId64 " %s %s: %zu of %zu peaks, ends and arrivals differ by more than "
              "twice their errors; largest: the %s at transducer %" PRId64 ", %.1f %s, measured %s, "
              "simulated %s, En %.3g",
-             a->run, a->differing_values ? "differs from" : "agrees with", a->model_file,
-             a->differing_values, a->judged_values, a->value_name, a->channel->number,
+             a->run, a->differing_value_count ? "differs from" : "agrees with", a->model_file,
+             a->differing_value_count, a->judged_value_count, a->value_name, a->channel->number,
              a->channel->station_ft * station->factor, station->text,
              unit_value_text(kind, si, a->measured, 4, measured),
              unit_value_text(kind, si, a->simulated, 4, simulated), a->en_score);

@@ -65,7 +65,7 @@ void signal_compute_figures(const struct signal *signal, struct signal_figures *
 
 /* Computes En of two values. Returns NaN if a value is not known, INFINITY if the values differ
  * although their errors are 0. */
-double signal_normalized_error(double measured, double measured_error, double simulated,
+double signal_compute_en_score(double measured, double measured_error, double simulated,
                                double simulated_error);
 
 /* Error of the measured wheel's times: the error of its station (host/analyse/track.h) divided by
@@ -225,7 +225,7 @@ struct compare_agreement {
     int64_t run;
     const char *model_file;
     /* number of values whose En is known, and number of those with En above 1 */
-    size_t judged_values, differing_values;
+    size_t judged_value_count, differing_value_count;
     /* The value with the largest En, in inches (an arrival: in seconds). channel NULL: no En is
      * known. */
     const struct compare_channel *channel; /* the channel of that value; points into the figures */

@@ -184,8 +184,8 @@ static void draw_runways(struct compare_model *model)
         const struct landing_series *c = &model->series;
         double *gap_ft = model->gap_ft + seed * model->joint_count,
                *closing_lb = model->closing_lb + seed * model->joint_count;
-        struct draw_generator gaps = draw_stream_begin(c->first_seed + seed, DRAW_GAPS),
-                              closing = draw_stream_begin(c->first_seed + seed, DRAW_CLOSING);
+        struct draw_generator gaps = draw_generator_init(c->first_seed + seed, DRAW_GAPS),
+                              closing = draw_generator_init(c->first_seed + seed, DRAW_CLOSING);
         for (size_t j = 0; j < model->joint_count; j++) {
             gap_ft[j] = model->is_ensemble
                           ? fmin(draw_from_range(&gaps, c->gap_in) / IN_PER_FT,
@@ -304,8 +304,8 @@ static double get_point_movement_in(const struct sim_result *result, size_t row,
                   : IN_PER_FT * result->sample_u_ft[row * result->station_count + stations + p - 1];
 }
 
-static void add_seed(struct compare_simulated *s, const struct sim_result *result,
-                     const double *gap_ft, size_t count)
+static void add_seed_result(struct compare_simulated *s, const struct sim_result *result,
+                            const double *gap_ft, size_t count)
 {
     size_t rows = s->row_count < result->sample_count ? s->row_count : result->sample_count;
     for (size_t row = 0; row < rows; row++) {
@@ -350,7 +350,7 @@ static enum mr_status simulate_seed(struct compare_model *model, size_t seed,
                                   .is_single_pass = seed > 0};
     struct progress progress;
     struct sim_result result = {0};
-    options.may_continue = sim_progress;
+    options.may_continue = sim_report_progress;
     options.may_continue_ctx = &progress;
     progress_begin(&progress, "compare", "a smaller tend or fewer mats", false);
     sim_scene_set_list(&s->scene.gap0_ft, gap_ft, model->joint_count);
@@ -367,7 +367,7 @@ static enum mr_status simulate_seed(struct compare_model *model, size_t seed,
         }
         s->simulation_ms += result.run_ms;
         s->seed_count = seed + 1;
-        add_seed(s, &result, gap_ft, seed + 1);
+        add_seed_result(s, &result, gap_ft, seed + 1);
         for (size_t j = 0; j < model->joint_count; j++)
             gap_ft[j] += (j + 1 < model->joint_count ? result.u_ft[j + 1] : 0.0) -
                          (j > 0 ? result.u_ft[j] : 0.0);
@@ -583,7 +583,7 @@ enum mr_status compare_run_landing(struct store *store, int64_t run, struct comp
         simulate_landing(model, index, &survey, landing, &scene_json, error) == MR_OK &&
         compute_figures(store, landing, &survey, error) == MR_OK) {
         copy_figures_to_rows(landing);
-        if (!model->skips_storing)
+        if (!model->is_storing_disabled)
             store_comparison(store, landing, scene_json, error);
     }
     free(scene_json);

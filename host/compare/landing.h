@@ -46,7 +46,7 @@ struct compare_model {
     /* state of the runway by seed and joint; NULL before the first landing */
     double *gap_ft, *closing_lb;
     float previous_survey_in[MR_SEGMENTS]; /* survey of the previous landing */
-    bool skips_storing;                    /* comparisons are not stored in the campaign */
+    bool is_storing_disabled;              /* comparisons are not stored in the campaign */
 };
 
 /* Loads a model. `seeds` 0: the number in the file. MR_USAGE: the scale is not that of the rig.

@@ -65,7 +65,7 @@ enum mr_status compare_limits_load(struct compare_limits *limits, const char *fi
             compare_limits_add(limits, path, number);
     }
     json_decref(root);
-    if (error->status == MR_OK && !compare_limits_exist(limits))
+    if (error->status == MR_OK && !compare_has_limits(limits))
         error_set(error, MR_MALFORMED,
                   "no limits: %s; give at least one, such as {\"channels.*.rms_in\": 0.05}", file);
     return error->status;
@@ -77,7 +77,7 @@ void compare_limits_add(struct compare_limits *limits, const char *path, double 
     json_object_set_new(limits->limit_by_path, path, json_real(most));
 }
 
-bool compare_limits_exist(const struct compare_limits *limits)
+bool compare_has_limits(const struct compare_limits *limits)
 {
     return json_object_size(limits->limit_by_path) > 0;
 }
@@ -107,10 +107,10 @@ static void count_failed_limit(struct limit_check *check, double beyond, const c
     if (v->failed_limits++ > 0 && !(size > v->worst_excess))
         return;
     v->worst_excess = size;
-    snprintf(v->worst_text, sizeof v->worst_text, "%s", text);
+    snprintf(v->worst_failure, sizeof v->worst_failure, "%s", text);
 }
 
-static void judge_value(struct limit_check *check, const char *path, const json_t *value)
+static void check_value(struct limit_check *check, const char *path, const json_t *value)
 {
     char text[300];
     bool least = is_lower_limit(path);
@@ -167,7 +167,7 @@ static void check_values(struct limit_check *check, const char *rest, const char
                         json_object_get(check->limits->limit_by_path, so_far);
         check->found_values++;
         if (!no_zone && !replaced)
-            judge_value(check, so_far, node);
+            check_value(check, so_far, node);
         return;
     }
     snprintf(name, sizeof name, "%.*s", (int)length, rest);
@@ -177,7 +177,7 @@ static void check_values(struct limit_check *check, const char *rest, const char
         if (json_is_null(element) && *rest) { /* without a zone on one side there is no overlap */
             check->found_values++;
             if (!strstr(rest, "_difference"))
-                judge_value(check, so_far, element);
+                check_value(check, so_far, element);
         } else {
             check_members(check, rest, so_far, name, element);
         }
@@ -222,5 +222,5 @@ void compare_limits_check(const struct compare_limits *limits, bool of_series, c
     check.pattern = "missing_channels";
     check.limit = 0.0;
     if (channels && !json_object_get(limits->limit_by_path, check.pattern))
-        judge_value(&check, check.pattern, json_object_get(answer, check.pattern));
+        check_value(&check, check.pattern, json_object_get(answer, check.pattern));
 }

@@ -31,7 +31,7 @@ struct compare_limits {
 
 struct compare_verdict {
     size_t checked_limits, failed_limits;
-    char worst_text[300]; /* description of the failure that is largest relative to its limit */
+    char worst_failure[300]; /* description of the failure that is largest relative to its limit */
     double worst_excess;
 };
 
@@ -40,7 +40,7 @@ struct compare_verdict {
 enum mr_status compare_limits_load(struct compare_limits *limits, const char *path,
                                    struct error *error);
 void compare_limits_add(struct compare_limits *limits, const char *path, double most);
-bool compare_limits_exist(const struct compare_limits *limits);
+bool compare_has_limits(const struct compare_limits *limits);
 void compare_limits_free(struct compare_limits *limits);
 
 /* Checks an answer in the report's units and in SI, and adds the failures to the verdict. `where`:

@@ -156,8 +156,8 @@ static void add_agreement(const struct compare_agreement *a, struct answer *answ
     compare_write_agreement(a, answer_is_si(answer), sentence);
     answer_open_group(answer, "agreement", "");
     answer_add_sentence(answer, "sentence", "%s", sentence);
-    answer_add_count(answer, "judged", NULL, (int64_t)a->judged_values);
-    answer_add_count(answer, "differ", NULL, (int64_t)a->differing_values);
+    answer_add_count(answer, "judged", NULL, (int64_t)a->judged_value_count);
+    answer_add_count(answer, "differ", NULL, (int64_t)a->differing_value_count);
     if (a->channel) {
         answer_add_count(answer, "run", NULL, a->run);
         answer_add_text(answer, "value", NULL, "%s", a->value_name);
@@ -181,7 +181,7 @@ static void add_verdict(const struct compare_verdict *verdict, struct answer *an
     answer_add_flag(answer, "pass", NULL, verdict->failed_limits == 0);
     answer_add_text(answer, NULL, "verdict", "%s", verdict->failed_limits ? "FAIL" : "pass");
     if (verdict->failed_limits)
-        answer_add_text(answer, "worst", NULL, "%s", verdict->worst_text);
+        answer_add_text(answer, "worst", NULL, "%s", verdict->worst_failure);
     answer_close_group(answer);
 }
 
@@ -220,8 +220,8 @@ void compare_to_answer(const struct compare_figures *figures, const struct compa
     add_verdict(verdict, answer);
 }
 
-void compare_add_brief(const struct compare_figures *figures, const struct compare_verdict *verdict,
-                       struct answer *answer)
+void compare_add_summary(const struct compare_figures *figures,
+                         const struct compare_verdict *verdict, struct answer *answer)
 {
     const struct compare_channel_means mean = compare_compute_means(figures);
     const struct compare_zone_moment *rest = compare_find_moment(&figures->zones, true);
@@ -326,7 +326,7 @@ static void add_worst_agreement(const struct compare_series *set, struct answer 
         if (!set->landing[i].is_compared)
             continue;
         compare_compute_agreement(&set->landing[i].figures, &one);
-        differ += one.differing_values > 0;
+        differ += one.differing_value_count > 0;
         if (!worst.model_file || (one.channel && !(one.en_score <= worst.en_score)))
             worst = one;
     }
@@ -360,7 +360,7 @@ void compare_series_to_answer(const struct compare_series *set, struct answer *a
 
 /* ---- limits ---- */
 
-void compare_judge(const struct compare_figures *figures, const struct compare_limits *limits,
+void compare_check(const struct compare_figures *figures, const struct compare_limits *limits,
                    struct compare_verdict *verdict)
 {
     static const struct compare_verdict none;
@@ -379,18 +379,18 @@ void compare_judge(const struct compare_figures *figures, const struct compare_l
 
 /* Judges a series against limits. It fails if one of its landings or a limit of the series
  * fails. */
-void compare_series_judge(struct compare_series *set, const struct compare_limits *limits)
+void compare_series_check(struct compare_series *set, const struct compare_limits *limits)
 {
     json_t *json[2];
     size_t within = 0;
-    for (size_t i = 0; i < set->landing_count && compare_limits_exist(limits); i++) {
+    for (size_t i = 0; i < set->landing_count && compare_has_limits(limits); i++) {
         struct compare_verdict *one = &set->landing[i].verdict;
         if (set->landing[i].is_compared) {
-            compare_judge(&set->landing[i].figures, limits, one);
+            compare_check(&set->landing[i].figures, limits, one);
         } else { /* a landing that was not compared fails its limits */
             *one = (struct compare_verdict){
                 .checked_limits = 1, .failed_limits = 1, .worst_excess = (double)INFINITY};
-            snprintf(one->worst_text, sizeof one->worst_text,
+            snprintf(one->worst_failure, sizeof one->worst_failure,
                      "RUN %" PRId64 " not compared: %.200s", set->landing[i].run,
                      set->landing[i].reason);
         }
@@ -398,12 +398,13 @@ void compare_series_judge(struct compare_series *set, const struct compare_limit
         if (one->failed_limits > 0 &&
             (set->verdict.failed_limits == 0 || one->worst_excess > set->verdict.worst_excess)) {
             set->verdict.worst_excess = one->worst_excess;
-            memcpy(set->verdict.worst_text, one->worst_text, sizeof set->verdict.worst_text);
+            memcpy(set->verdict.worst_failure, one->worst_failure,
+                   sizeof set->verdict.worst_failure);
         }
         set->verdict.failed_limits += one->failed_limits;
         within += one->failed_limits == 0;
     }
-    if (compare_limits_exist(limits))
+    if (compare_has_limits(limits))
         set->pooled.within_limits_share = (double)within / (double)set->landing_count;
     for (int si = 0; si < 2; si++) {
         struct answer *answer = answer_new(si);

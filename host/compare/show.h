@@ -10,14 +10,14 @@
 void compare_to_answer(const struct compare_figures *figures, const struct compare_verdict *verdict,
                        struct answer *answer);
 /* Adds the main results as text. */
-void compare_add_brief(const struct compare_figures *figures, const struct compare_verdict *verdict,
-                       struct answer *answer);
+void compare_add_summary(const struct compare_figures *figures,
+                         const struct compare_verdict *verdict, struct answer *answer);
 void compare_series_to_answer(const struct compare_series *set, struct answer *answer);
 /* Checks the results against limits and stores the verdict of a landing, or of a series and its
  * landings. */
-void compare_judge(const struct compare_figures *figures, const struct compare_limits *limits,
+void compare_check(const struct compare_figures *figures, const struct compare_limits *limits,
                    struct compare_verdict *verdict);
-void compare_series_judge(struct compare_series *set, const struct compare_limits *limits);
+void compare_series_check(struct compare_series *set, const struct compare_limits *limits);
 /* Parts of a landing's answer: the table of its transducers with an explanation of its columns, and
  * the zones at each moment. */
 void compare_add_channels(const struct compare_figures *figures, struct answer *answer);

@@ -23,7 +23,7 @@
 #define PATH_STEPS_PER_ROW  10
 #define PATH_MAX_DURATION_S 600.0
 
-struct draw_generator draw_stream_begin(uint64_t seed, unsigned stream)
+struct draw_generator draw_generator_init(uint64_t seed, unsigned stream)
 {
     uint64_t state = seed;
     state = mr_splitmix64(&state) + 0x632be59bd9b4e019u * (stream + 1u);
@@ -68,7 +68,7 @@ enum mr_status draw_landing_path(const struct landing_series *series,
                                  const struct series_landing *landing, uint64_t seed, size_t index,
                                  struct draw_path *path, struct error *error)
 {
-    struct draw_generator draw = draw_stream_begin(seed, DRAW_LANDING + (unsigned)index);
+    struct draw_generator draw = draw_generator_init(seed, DRAW_LANDING + (unsigned)index);
     double lb_per_ft_s2 = series->weight_lb / (series->axles * landing->scene.g_ft_s2);
     double at_ft = draw_from_range(&draw, landing->touchdown_ft),
            v_ft_s = draw_from_range(&draw, landing->speed_ft_s);
@@ -117,13 +117,13 @@ void draw_path_free(struct draw_path *path)
 /* ---- failures ---- */
 
 static double find_failure_station_ft(const double *rise_ft, size_t first, size_t last,
-                                      double length_ft, const double *met_ft, int met)
+                                      double length_ft, const double *reached_ft, int reached_count)
 {
     size_t crest = first;
-    for (int i = 0; i < met; i++) {
-        double node = met_ft[i] / length_ft + 1.0;
+    for (int i = 0; i < reached_count; i++) {
+        double node = reached_ft[i] / length_ft + 1.0;
         if (node > (double)first - 0.5 && node < (double)last + 0.5)
-            return met_ft[i];
+            return reached_ft[i];
     }
     for (size_t j = first; j <= last; j++)
         crest = rise_ft[j] > rise_ft[crest] ? j : crest;
@@ -131,7 +131,8 @@ static double find_failure_station_ft(const double *rise_ft, size_t first, size_
 }
 
 int series_find_failures(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
-                         const double *met_ft, int met, double failure_ft[SERIES_FAILURES_MAX])
+                         const double *reached_ft, int reached_count,
+                         double failure_ft[SERIES_FAILURES_MAX])
 {
     int count = 0;
     size_t first = 0;
@@ -141,8 +142,8 @@ int series_find_failures(const double *rise_ft, size_t nodes, double length_ft, 
             first = j;
         if (high || first == 0)
             continue;
-        failure_ft[count++] = find_failure_station_ft(rise_ft, first, j - 1, length_ft, met_ft,
-                                                      met);
+        failure_ft[count++] = find_failure_station_ft(rise_ft, first, j - 1, length_ft, reached_ft,
+                                                      reached_count);
         first = 0;
     }
     return count;
@@ -160,7 +161,7 @@ struct joint_side {
     double resistance_lb;
 };
 
-static struct joint_side find_joint_side(const struct flat_runway *r, size_t joint, int step)
+static struct joint_side find_joint_side(const struct runway_flattening *r, size_t joint, int step)
 {
     struct joint_side side = {joint, 0.0};
     while ((step < 0 && side.next_open_joint > 0) ||
@@ -177,13 +178,13 @@ static struct joint_side find_joint_side(const struct flat_runway *r, size_t joi
 }
 
 /* Moves the mats between the joints `low` and `high`. */
-static void shift_mats(const struct flat_runway *r, size_t low, size_t high, double by_ft)
+static void shift_mats(const struct runway_flattening *r, size_t low, size_t high, double by_ft)
 {
     for (size_t mat = low + 1; mat <= high; mat++)
         r->u_ft[mat] += by_ft;
 }
 
-void flat_runway_press_waves(const struct flat_runway *r)
+void flatten_waves(const struct runway_flattening *r)
 {
     for (size_t j = 0; j < r->joint_count; j++) {
         while (r->gap_ft[j] < -CLOSED_FT) {
@@ -209,7 +210,7 @@ void flat_runway_press_waves(const struct flat_runway *r)
 struct ensemble_work {
     const struct landing_series *series;
     struct series_run *runs;
-    atomic_size_t runs_begun, runs_done;
+    atomic_size_t started_run_count, completed_run_count;
     void (*progress)(void *ctx, size_t done, size_t of);
     void *ctx;
 };
@@ -220,9 +221,10 @@ static void simulate_runs(void *context, size_t from, size_t every)
 {
     struct ensemble_work *work = context;
     (void)every;
-    for (size_t i; (i = atomic_fetch_add(&work->runs_begun, 1)) < work->series->seed_count;) {
+    for (size_t i;
+         (i = atomic_fetch_add(&work->started_run_count, 1)) < work->series->seed_count;) {
         series_simulate(work->series, work->series->first_seed + i, &work->runs[i]);
-        size_t done = atomic_fetch_add(&work->runs_done, 1) + 1;
+        size_t done = atomic_fetch_add(&work->completed_run_count, 1) + 1;
         if (from == 0 && work->progress)
             work->progress(work->ctx, done, work->series->seed_count);
     }
@@ -259,7 +261,7 @@ struct runway {
     struct sim_mods mods;
 };
 
-static void runway_create(struct runway *r, const struct landing_series *series, uint64_t seed)
+static void make_runway(struct runway *r, const struct landing_series *series, uint64_t seed)
 {
     *r = (struct runway){.series = series, .mat_count = series->landings[0].scene.mats};
     r->joint_count = (size_t)r->mat_count + 1;
@@ -268,9 +270,9 @@ static void runway_create(struct runway *r, const struct landing_series *series,
     r->closing_resistance_lb = r->gap_ft + r->joint_count;
     r->ground_ft = r->closing_resistance_lb + r->joint_count;
     r->u_ft = r->ground_ft + r->joint_count;
-    struct draw_generator gaps = draw_stream_begin(seed, DRAW_GAPS),
-                          closing = draw_stream_begin(seed, DRAW_CLOSING),
-                          ground = draw_stream_begin(seed, DRAW_GROUND);
+    struct draw_generator gaps = draw_generator_init(seed, DRAW_GAPS),
+                          closing = draw_generator_init(seed, DRAW_CLOSING),
+                          ground = draw_generator_init(seed, DRAW_GROUND);
     double slack_ft = series->landings[0].scene.slack_ft;
     for (size_t j = 0; j < r->joint_count; j++) {
         r->gap_ft[j] = fmin(draw_from_range(&gaps, series->gap_in) / IN_PER_FT, slack_ft);
@@ -310,8 +312,8 @@ static void apply_scene_mods(struct runway *r, const struct sim_scene *scene)
     }
 }
 
-static void keep_mods_state(struct runway *r, const struct sim_scene *as_landed,
-                            const struct sim_result *result)
+static void store_mods_state(struct runway *r, const struct sim_scene *as_landed,
+                             const struct sim_result *result)
 {
     struct sim_scene scene = *as_landed;
     scene.mods = r->mods;
@@ -358,7 +360,7 @@ static enum mr_status run_engine(const struct runway *r, const struct series_lan
               : chain ? c->chain_dt_s
                       : c->planar_dt_s,
         .is_single_pass = true,
-        .overrun_ft = model == SIM_MODEL_CONSISTENT ? c->buckle_in / IN_PER_FT : 0.0,
+        .wave_encounter_height_ft = model == SIM_MODEL_CONSISTENT ? c->buckle_in / IN_PER_FT : 0.0,
     };
     struct sim_scene scene = {0};
     *result = (struct sim_result){0};
@@ -391,7 +393,7 @@ static double compute_lift_ratio(const struct runway *r, const struct sim_scene 
  * them, and their joints rise without compression. */
 static bool has_tipping_stiffeners(const struct sim_scene *scene)
 {
-    return scene->mods.stiff_span_mats > 1 && scene->mods.stiff_kt_lb_ft_rad > 0.0 &&
+    return scene->mods.stiffener_span_mats > 1 && scene->mods.stiffener_kt_lb_ft_rad > 0.0 &&
            scene->wheel_load_lb > 0.0;
 }
 
@@ -439,18 +441,18 @@ static void record_planar(const struct runway *r, const struct sim_scene *scene,
     out->sag_angle_deg = result->sag_deg;
     out->is_unhinged = result->sag_deg > r->series->unhinge_deg;
     out->is_buckled = out->is_unhinged || out->wave_rise_in >= r->series->buckle_in;
-    out->overrun_count = result->overrun_count;
-    for (int i = 0; i < result->overrun_count; i++)
-        out->overrun_station_ft[i] = get_joint_station_ft(scene,
-                                                          (size_t)result->overrun_nodes[i] - 1);
+    out->wave_encounter_count = result->wave_encounter_count;
+    for (int i = 0; i < result->wave_encounter_count; i++)
+        out->wave_encounter_station_ft[i] =
+            get_joint_station_ft(scene, (size_t)result->wave_encounter_nodes[i] - 1);
     if (out->is_buckled)
-        out->buckle_station_ft = out->overrun_count > 0 ? out->overrun_station_ft[0]
+        out->buckle_station_ft = out->wave_encounter_count > 0 ? out->wave_encounter_station_ft[0]
                                : out->wave_count > 0
                                    ? out->wave_station_ft
                                    : get_joint_station_ft(scene, (size_t)result->sag_joint - 1);
     out->failure_count = series_find_failures(
         result->max_rise_ft, r->joint_count, scene->length_ft, r->series->buckle_in / IN_PER_FT,
-        out->overrun_station_ft, out->overrun_count, out->failure_station_ft);
+        out->wave_encounter_station_ft, out->wave_encounter_count, out->failure_station_ft);
     if (out->is_buckled && out->failure_count == 0)
         out->failure_station_ft[out->failure_count++] = out->buckle_station_ft;
 }
@@ -474,8 +476,8 @@ static void record_movement(struct runway *r, const struct sim_scene *scene,
         out->peak_movement_in = fmax(out->peak_movement_in, fabs(u_ft[n]) * IN_PER_FT);
         double station_ft = (n - 0.5) * scene->length_ft;
         if (fabs(u_ft[n]) > MOVED_SHARE_MIN * scene->length_ft &&
-            station_ft - out->stop_ft > out->reach_beyond_stop_ft)
-            out->reach_beyond_stop_ft = station_ft - out->stop_ft;
+            station_ft - out->stop_ft > out->moved_length_beyond_stop_ft)
+            out->moved_length_beyond_stop_ft = station_ft - out->stop_ft;
     }
     for (size_t i = 0; i < c->station_count; i++) {
         int mat = (int)fmin(floor(c->stations_ft[i] / scene->length_ft) + 1.0, r->mat_count);
@@ -489,9 +491,9 @@ static void record_joints(const struct runway *r, const struct sim_result *resul
 {
     double most_lb = get_joint_strength_lb(r);
     for (size_t j = 0; j < r->joint_count; j++) {
-        out->compression_lb = fmax(out->compression_lb, result->max_push_lb[j + 1]);
-        out->tension_lb = fmax(out->tension_lb, result->max_pull_lb[j + 1]);
-        out->torn_joints += result->max_pull_lb[j + 1] > most_lb;
+        out->compression_lb = fmax(out->compression_lb, result->max_compression_lb[j + 1]);
+        out->tension_lb = fmax(out->tension_lb, result->max_tension_lb[j + 1]);
+        out->torn_joint_count += result->max_tension_lb[j + 1] > most_lb;
     }
 }
 
@@ -519,8 +521,8 @@ static void record_zone(const struct runway *r, const struct sim_scene *scene,
         int mats = (int)(j + 1 - from);
         if (mats > out->zone_mats) {
             out->zone_mats = mats;
-            out->zone_from_ft = get_joint_station_ft(scene, from);
-            out->zone_to_ft = get_joint_station_ft(scene, j);
+            out->zone_start_ft = get_joint_station_ft(scene, from);
+            out->zone_end_ft = get_joint_station_ft(scene, j);
         }
     }
 }
@@ -533,7 +535,7 @@ static void record_bands(const struct sim_scene *scene, const struct mods_state 
     for (int g = 0; g < SIM_BAND_GROUPS && state; g++) {
         int connections = mods_connection_count(scene, g);
         for (int i = 0; i <= connections && connections > 0; i++)
-            out->slack_band_segments += state->band_min_lb[segment++] <= 0.0;
+            out->slack_band_segment_count += state->band_min_lb[segment++] <= 0.0;
     }
 }
 
@@ -546,15 +548,15 @@ static void update_gaps(struct runway *r, const double *u_ft)
 
 /* Presses remaining waves flat, as the aircraft does when it is pushed back over them. The excess
  * length of the mats closes neighbouring joints. */
-static void press_waves_flat(struct runway *r, const struct sim_scene *scene)
+static void flatten_remaining_waves(struct runway *r, const struct sim_scene *scene)
 {
-    const struct flat_runway flat = {r->joint_count,
-                                     r->gap_ft,
-                                     r->u_ft,
-                                     r->closing_resistance_lb,
-                                     scene->friction * scene->weight_lb,
-                                     scene->kl_lb_ft};
-    flat_runway_press_waves(&flat);
+    const struct runway_flattening flat = {r->joint_count,
+                                           r->gap_ft,
+                                           r->u_ft,
+                                           r->closing_resistance_lb,
+                                           scene->friction * scene->weight_lb,
+                                           scene->kl_lb_ft};
+    flatten_waves(&flat);
 }
 
 /* Updates the runway and the outcome after a landing. */
@@ -563,12 +565,12 @@ static void update_runway(struct runway *r, const struct sim_scene *scene,
 {
     record_movement(r, scene, moved, out);
     update_gaps(r, moved->u_ft);
-    if (r->series->press_flat && out->wave_count > 0)
-        press_waves_flat(r, scene);
+    if (r->series->flattens_waves && out->wave_count > 0)
+        flatten_remaining_waves(r, scene);
     record_joints(r, moved, out);
     record_zone(r, scene, out);
     record_bands(scene, moved->mods, out);
-    keep_mods_state(r, scene, moved);
+    store_mods_state(r, scene, moved);
 }
 
 static enum mr_status simulate_landing_once(struct runway *r, const struct series_landing *landing,
@@ -581,17 +583,16 @@ static enum mr_status simulate_landing_once(struct runway *r, const struct serie
     struct sim_result chain = {0}, planar = {0};
     if (c->engine != SERIES_ENGINE_PLANAR &&
         run_engine(r, landing, SIM_MODEL_CHAIN, path, first, out, &chain, error) == MR_OK)
-        out->lift_ratio = compute_lift_ratio(r, scene, chain.max_push_lb);
+        out->lift_ratio = compute_lift_ratio(r, scene, chain.max_compression_lb);
     bool asked = c->engine == SERIES_ENGINE_PLANAR ||
                  (c->engine == SERIES_ENGINE_AUTO &&
                   (out->lift_ratio > c->planar_min_lift_share || has_tipping_stiffeners(scene)));
-    if (error->status == MR_OK && (first ? first->is_from_planar : asked) &&
+    if (error->status == MR_OK && (first ? first->is_planar : asked) &&
         run_engine(r, landing, SIM_MODEL_CONSISTENT, path, first, out, &planar, error) == MR_OK) {
         record_planar(r, scene, &planar, planar.status == SIM_FOLDED, out);
-        out->is_from_planar = planar.u_ft &&
-                              (c->engine == SERIES_ENGINE_PLANAR || out->wave_count > 0);
+        out->is_planar = planar.u_ft && (c->engine == SERIES_ENGINE_PLANAR || out->wave_count > 0);
     }
-    const struct sim_result *moved = out->is_from_planar ? &planar : &chain;
+    const struct sim_result *moved = out->is_planar ? &planar : &chain;
     if (error->status == MR_OK && moved->u_ft)
         update_runway(r, scene, moved, out);
     sim_result_free(&chain);
@@ -610,10 +611,10 @@ static void simulate_run(const struct landing_series *series, uint64_t seed,
 {
     struct runway runway = {0};
     struct draw_path path = {0};
-    size_t landings = first ? first->simulated_landings : series->landing_count;
+    size_t landings = first ? first->simulated_landing_count : series->landing_count;
     *run = (struct series_run){.seed = seed};
     run->outcomes = xcalloc(series->landing_count, sizeof *run->outcomes);
-    runway_create(&runway, series, seed);
+    make_runway(&runway, series, seed);
     for (size_t i = 0; i < landings && run->buckled_landing == 0; i++) {
         const struct series_landing *landing = &series->landings[i];
         struct series_outcome *out = &run->outcomes[i];
@@ -626,7 +627,7 @@ static void simulate_run(const struct landing_series *series, uint64_t seed,
         if (simulate_landing_once(&runway, landing, &path, first ? &first->outcomes[i] : NULL, out,
                                   &run->error) != MR_OK)
             break;
-        run->simulated_landings = i + 1;
+        run->simulated_landing_count = i + 1;
         if (out->is_buckled) {
             run->buckled_landing = (int)i + 1;
             run->buckle_station_ft = out->buckle_station_ft;
@@ -645,7 +646,7 @@ void series_simulate(const struct landing_series *series, uint64_t seed, struct 
         return;
     simulate_run(series, seed, run, &other);
     run->check_outcomes = other.outcomes;
-    run->check_landing_count = other.simulated_landings;
+    run->check_landing_count = other.simulated_landing_count;
 }
 
 void series_run_free(struct series_run *run)

@@ -24,20 +24,20 @@ struct series_outcome {
     double movement_in[SERIES_STATIONS_MAX], total_movement_in[SERIES_STATIONS_MAX];
     /* distance from the stop to the farthest joint downfield of it that moved by at least 0.001
      * in */
-    double reach_beyond_stop_ft;
+    double moved_length_beyond_stop_ft;
     int zone_mats;
     /* Start and end of the longest stretch in which any ten consecutive joints have lost two thirds
      * of their opening. */
-    double zone_from_ft, zone_to_ft;
+    double zone_start_ft, zone_end_ft;
     double compression_lb,
         tension_lb; /* largest forces in any joint, in compression and in tension */
     /* Standard errors, due to the time step, of those values that are maxima over time; NaN: not
      * known. */
     double lift_error, compression_error_lb, tension_error_lb;
-    bool is_from_planar; /* movement and forces are from the planar engine; false: from the chain */
+    bool is_planar; /* movement and forces are from the planar engine; false: from the chain */
     /* time steps of the second simulation, s: of the chain, of the planar engine */
     double check_step_s[2];
-    int torn_joints; /* number of joints that were torn by tension */
+    int torn_joint_count; /* number of joints that were torn by tension */
     int wave_count;
     double wave_station_ft; /* station of the highest wave; 0: no wave */
     double wave_rise_in;    /* rise of the highest wave */
@@ -46,10 +46,10 @@ struct series_outcome {
     /* Station at which the wheel first reached the wave, or of its crest if the wheel stopped
      * before it. */
     double buckle_station_ft;
-    int overrun_count;
+    int wave_encounter_count;
     /* All stations at which the wheel reached the wave again after leaving it, and the first
      * one. */
-    double overrun_station_ft[SIM_OVERRUNS_MAX];
+    double wave_encounter_station_ft[SIM_WAVE_ENCOUNTERS_MAX];
     /* number of failures (stretches of mats that rose by at least the buckle limit); at least 1 if
      * the runway buckled */
     int failure_count;
@@ -62,13 +62,13 @@ struct series_outcome {
     /* station of the mat that first rose by buckle_in; 0: no mat rose that far while the wheel was
      * on the runway */
     double first_buckle_station_ft;
-    int slack_band_segments; /* number of segments of bands that became slack */
+    int slack_band_segment_count; /* number of segments of bands that became slack */
 };
 
 struct series_run {
     uint64_t seed;
     /* number of simulated landings; a buckled runway has no further landings */
-    size_t simulated_landings;
+    size_t simulated_landing_count;
     int buckled_landing; /* landing in which the runway buckled, from 1; 0: it did not buckle */
     double buckle_station_ft;        /* station at which it buckled */
     struct series_outcome *outcomes; /* array of landing_count entries */
@@ -104,7 +104,7 @@ struct draw_generator {
     uint64_t state;
 };
 
-struct draw_generator draw_stream_begin(uint64_t seed, unsigned stream);
+struct draw_generator draw_generator_init(uint64_t seed, unsigned stream);
 
 double draw_from_range(struct draw_generator *draw, struct series_range range);
 
@@ -128,21 +128,22 @@ void draw_path_free(struct draw_path *path);
  * nodes that did not. A two-panel wave, which the aircraft presses flat, counts as a failure if it
  * rose so far; mats between failures count as pressed flat. `rise_ft` is as in sim_result, for
  * nodes 1..nodes, with [0] unused; the runway's ends are ignored. The station of a failure is
- * where the wheel first reached it (`met_ft`, in order of time); otherwise it is that of the
+ * where the wheel first reached it (`reached_ft`, in order of time); otherwise it is that of the
  * highest node. Returns the number of failures, at most SERIES_FAILURES_MAX, in downfield order in
  * `failure_ft`. */
 int series_find_failures(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
-                         const double *met_ft, int met, double failure_ft[SERIES_FAILURES_MAX]);
+                         const double *reached_ft, int reached_count,
+                         double failure_ft[SERIES_FAILURES_MAX]);
 
 /* Flattening of a wave that remains after a landing: the aircraft presses it flat when it is pushed
  * back. */
 
-struct flat_runway {
+struct runway_flattening {
     /* mats + 1; the first and the last are the runway's ends, which are fixed */
     size_t joint_count;
     /* opening of each joint; negative: the mats are too long by this amount to lie flat */
     double *gap_ft;
-    /* movement of mats 1 to joint_count - 1 ([0] unused), updated by flat_runway_press_waves */
+    /* movement of mats 1 to joint_count - 1 ([0] unused), updated by flatten_waves */
     double *u_ft;
     const double *closing_resistance_lb; /* closing resistance of each joint */
     double friction_force_lb;            /* friction of a mat: coefficient times weight */
@@ -153,7 +154,7 @@ struct flat_runway {
  * step, towards the side with less resistance. Mats that touch move together until the next opening
  * closes. Each joint keeps the compression that friction on both sides can hold. The sum of the
  * openings does not change. */
-void flat_runway_press_waves(const struct flat_runway *runway);
+void flatten_waves(const struct runway_flattening *runway);
 
 /* 5th, 50th and 95th percentile (linear between order statistics); all NaN if count is 0. */
 struct series_spread {
@@ -175,7 +176,7 @@ struct series_landing_summary {
     size_t runway_count;
     size_t buckled_count;
     size_t planar_count, wave_count, unhinged_count, torn_count;
-    struct series_spread stop_ft, peak_movement_in, reach_beyond_stop_ft, zone_mats;
+    struct series_spread stop_ft, peak_movement_in, moved_length_beyond_stop_ft, zone_mats;
     struct series_peak lift_ratio, compression_lb, tension_lb;
     struct series_spread movement_in[SERIES_STATIONS_MAX], total_movement_in[SERIES_STATIONS_MAX];
 };

@@ -171,7 +171,7 @@ static const struct series_key root_keys[] = {
     TEXT_KEY("basis", basis),
     TEXT_KEY("afterwards", changes_after_outcome),
     {NULL, "ground", SERIES_KEY_CHOICE, SERIES_OFFSET(has_elastic_ground), 0.0, 0.0, ground_names},
-    {NULL, "press_flat", SERIES_KEY_FLAG, SERIES_OFFSET(press_flat), 0.0, 0.0, NULL},
+    {NULL, "press_flat", SERIES_KEY_FLAG, SERIES_OFFSET(flattens_waves), 0.0, 0.0, NULL},
 };
 
 #define LANDING_OFFSET(field) offsetof(struct series_landing, field)
@@ -394,7 +394,7 @@ static void check_same_runway(const struct keys *r, const struct landing_series 
     }
 }
 
-void series_make_path_beside(const char *file, const char *name, char path[PATH_MAX])
+void series_make_sibling_path(const char *file, const char *name, char path[PATH_MAX])
 {
     const char *slash = file ? strrchr(file, '/') : NULL;
     int folder = slash && name[0] != '/' ? (int)(slash - file) + 1 : 0;
@@ -406,7 +406,7 @@ json_t *series_read_json(const char *file, const char *name, const char *what, s
     char path[PATH_MAX];
     json_error_t where;
     errno = 0;
-    series_make_path_beside(file, name, path);
+    series_make_sibling_path(file, name, path);
     json_t *root = json_load_file(path, JSON_REJECT_DUPLICATES, &where);
     if (json_is_object(root))
         return root;
@@ -429,31 +429,32 @@ json_t *series_read_json(const char *file, const char *name, const char *what, s
 }
 
 /* Returns the object of a key, or of the file that the key names. The caller owns the reference. */
-static json_t *load_object(const char *file, const json_t *root, const char *key,
-                           struct error *error)
+static json_t *load_json_object(const char *file, const json_t *root, const char *key,
+                                struct error *error)
 {
     json_t *value = json_object_get(root, key);
     return json_is_string(value) ? series_read_json(file, json_string_value(value), key, error)
                                  : json_incref(value);
 }
 
-json_t *series_elastic_json(const char *file, const json_t *root, struct error *error)
+json_t *series_get_elastic_ground_json(const char *file, const json_t *root, struct error *error)
 {
     const struct keys r = {file, error};
-    json_t *elastic = load_object(file, root, "elastic", error);
+    json_t *elastic = load_json_object(file, root, "elastic", error);
     if (elastic && !has_key_error(&r) && !json_is_object(elastic))
         refuse_key(&r, "", "elastic", "an object of scene keys, or the name of a file of them");
     return elastic;
 }
 
-json_t *series_scene_json(const char *file, const json_t *root, struct error *error)
+json_t *series_get_scene_json(const char *file, const json_t *root, struct error *error)
 {
     const struct keys r = {file, error};
     const char *ground = json_string_value(json_object_get(root, "ground"));
-    json_t *scene = load_object(file, root, "scene", error);
+    json_t *scene = load_json_object(file, root, "scene", error);
     if (!scene || !ground || strcmp(ground, "elastic") != 0)
         return scene;
-    json_t *elastic = series_elastic_json(file, root, error), *both = json_deep_copy(scene);
+    json_t *elastic = series_get_elastic_ground_json(file, root, error),
+           *both = json_deep_copy(scene);
     if (!elastic && !has_key_error(&r))
         error_set(error, MR_MALFORMED,
                   "no elastic ground: %s: ground is elastic, but its stiffness is not given; give "
@@ -475,7 +476,7 @@ static void read_root(const struct keys *r, const json_t *root, struct landing_s
         return;
     read_sections(r, root, c);
     read_seeds(r, root, c);
-    json_t *scene = has_key_error(r) ? NULL : series_scene_json(r->path, root, r->error);
+    json_t *scene = has_key_error(r) ? NULL : series_get_scene_json(r->path, root, r->error);
     if (!has_key_error(r))
         check_scene(r, scene);
     if (!has_key_error(r))
@@ -533,7 +534,7 @@ enum mr_status series_load_on_ground(struct landing_series *c, const char *path,
     return error->status;
 }
 
-void series_ground_text(const struct landing_series *c, char *text, size_t size)
+void series_describe_ground(const struct landing_series *c, char *text, size_t size)
 {
     const struct sim_scene *s = &c->landings[0].scene;
     const struct sim_key *key = sim_key_find("gear_k_lb_ft");

@@ -72,7 +72,7 @@ struct landing_series {
     double strip_ft;       /* width that a mat of the scene represents */
     double unhinge_deg;    /* unhinging: a joint that turns by more than this angle comes apart */
     /* waves that remain after a landing are pressed flat before the next landing */
-    bool press_flat;
+    bool flattens_waves;
     double wave_in;   /* a rise above this height is a wave */
     double buckle_in; /* a rise above this height is a buckle */
     /* the next fields describe the aircraft */
@@ -132,16 +132,16 @@ void series_free(struct landing_series *series);
  * MR_IO, MR_TRUNCATED or MR_MALFORMED. */
 json_t *series_read_json(const char *file, const char *name, const char *what, struct error *error);
 /* Writes the path of the file `name` in the folder of `file`. */
-void series_make_path_beside(const char *file, const char *name, char path[PATH_MAX]);
+void series_make_sibling_path(const char *file, const char *name, char path[PATH_MAX]);
 /* Returns the scene of a series that was read from `file`: the object in that file, or the content
  * of the file that it names. On elastic ground it includes the keys of that ground. The caller owns
  * the reference. NULL: there is no scene, or `error` is set. */
-json_t *series_scene_json(const char *file, const json_t *root, struct error *error);
+json_t *series_get_scene_json(const char *file, const json_t *root, struct error *error);
 /* Returns the scene keys that elastic ground adds. The caller owns the reference. NULL: there are
  * none, or `error` is set. */
-json_t *series_elastic_json(const char *file, const json_t *root, struct error *error);
+json_t *series_get_elastic_ground_json(const char *file, const json_t *root, struct error *error);
 
 /* Describes the ground of the first landing in one line. */
-void series_ground_text(const struct landing_series *series, char *text, size_t size);
+void series_describe_ground(const struct landing_series *series, char *text, size_t size);
 
 #endif

@@ -58,7 +58,7 @@ static struct peak_tally make_peak_tally(const struct landing_series *c,
     struct peak_tally t = {0};
     for (size_t i = 0; i < c->seed_count; i++) {
         const struct series_outcome *o = &runs[i].outcomes[landing], *other = NULL;
-        if (runs[i].simulated_landings <= landing || o->is_from_planar != by_planar)
+        if (runs[i].simulated_landing_count <= landing || o->is_planar != by_planar)
             continue;
         double value = *get_outcome_field(o, offset);
         t.count++;
@@ -66,7 +66,7 @@ static struct peak_tally make_peak_tally(const struct landing_series *c,
         t.sum_of_squares += value * value;
         if (runs[i].check_landing_count > landing)
             other = &runs[i].check_outcomes[landing];
-        if (!other || other->is_from_planar != by_planar)
+        if (!other || other->is_planar != by_planar)
             continue;
         double apart = value - *get_outcome_field(other, offset);
         t.pair_count++;
@@ -103,9 +103,9 @@ static void set_peak_errors(const struct landing_series *c, struct series_run *r
         apart2 += t.sum > 0.0 ? t.difference_squares / (mean * mean) : 0.0;
     }
     for (size_t i = 0; i < c->seed_count; i++) {
-        for (size_t k = 0; k < runs[i].simulated_landings; k++) {
+        for (size_t k = 0; k < runs[i].simulated_landing_count; k++) {
             struct series_outcome *o = &runs[i].outcomes[k];
-            const struct peak_tally *t = &tallies[2 * k + o->is_from_planar];
+            const struct peak_tally *t = &tallies[2 * k + o->is_planar];
             *get_outcome_field(o, error) =
                 pairs > 0 ? fmax(compute_peak_error(t, apart2 / (double)pairs, pairs),
                                  MIN_ERROR_FRACTION * *get_outcome_field(o, value))
@@ -122,7 +122,7 @@ void series_compute_errors(const struct landing_series *series, struct series_ru
     /* Use the largest error for all joints: a joint without a strong impact in this run may have
      * one in another. */
     for (size_t i = 0; i < series->seed_count; i++) {
-        for (size_t k = 0; k < runs[i].simulated_landings; k++) {
+        for (size_t k = 0; k < runs[i].simulated_landing_count; k++) {
             struct series_outcome *o = &runs[i].outcomes[k];
             if (o->compression_lb > 0.0)
                 o->lift_error = add_in_quadrature(
@@ -170,7 +170,7 @@ static struct series_spread compute_spread(const struct landing_view *g, size_t 
 {
     size_t count = 0;
     for (size_t i = 0; i < g->series->seed_count; i++) {
-        if (g->runs[i].simulated_landings > g->landing)
+        if (g->runs[i].simulated_landing_count > g->landing)
             g->values[count++] = *get_outcome_field(get_outcome(g, i), offset);
     }
     return series_compute_spread(g->values, count);
@@ -180,7 +180,7 @@ static struct series_spread compute_zone_spread(const struct landing_view *g)
 {
     size_t count = 0;
     for (size_t i = 0; i < g->series->seed_count; i++) {
-        if (g->runs[i].simulated_landings > g->landing)
+        if (g->runs[i].simulated_landing_count > g->landing)
             g->values[count++] = get_outcome(g, i)->zone_mats;
     }
     return series_compute_spread(g->values, count);
@@ -203,7 +203,7 @@ static struct series_peak compute_peak(const struct landing_view *g, size_t peak
         pairs += (double)t.pair_count;
     }
     for (size_t i = 0; i < g->series->seed_count; i++) {
-        if (g->runs[i].simulated_landings <= g->landing)
+        if (g->runs[i].simulated_landing_count <= g->landing)
             continue;
         double error = *get_outcome_field(get_outcome(g, i), peak_fields[peak].error);
         errors2 += isnan(error) ? 0.0 : error * error;
@@ -218,7 +218,7 @@ static struct series_peak compute_peak(const struct landing_view *g, size_t peak
 static void summarise_landing(struct series_landing_summary *s, const struct landing_view *g)
 {
     for (size_t i = 0; i < g->series->seed_count; i++) {
-        if (g->runs[i].simulated_landings <= g->landing)
+        if (g->runs[i].simulated_landing_count <= g->landing)
             continue;
         const struct series_outcome *out = get_outcome(g, i);
         s->runway_count++;
@@ -226,11 +226,11 @@ static void summarise_landing(struct series_landing_summary *s, const struct lan
         s->planar_count += out->has_planar_run;
         s->wave_count += out->wave_count > 0;
         s->unhinged_count += out->is_unhinged;
-        s->torn_count += out->torn_joints > 0;
+        s->torn_count += out->torn_joint_count > 0;
     }
     s->stop_ft = SPREAD_OF(g, stop_ft);
     s->peak_movement_in = SPREAD_OF(g, peak_movement_in);
-    s->reach_beyond_stop_ft = SPREAD_OF(g, reach_beyond_stop_ft);
+    s->moved_length_beyond_stop_ft = SPREAD_OF(g, moved_length_beyond_stop_ft);
     s->zone_mats = compute_zone_spread(g);
     s->lift_ratio = compute_peak(g, 0);
     s->compression_lb = compute_peak(g, 1);
@@ -345,7 +345,7 @@ static void add_landing(struct answer *answer, const struct landing_series *c,
     add_spread(answer, "peak", shown ? "largest|movement" : NULL, UNIT_DISPLACEMENT,
                &s->peak_movement_in, 2);
     add_spread(answer, "reach", shown ? "reach|ahead" : NULL, UNIT_STATION,
-               &s->reach_beyond_stop_ft, 1);
+               &s->moved_length_beyond_stop_ft, 1);
     add_spread(answer, "zone_mats", shown ? "closed|zone,|mats" : NULL, UNIT_NUMBER, &s->zone_mats,
                0);
     answer_add_count(answer, "planar", shown ? "planar|engine" : NULL, (int64_t)s->planar_count);
@@ -425,31 +425,31 @@ static json_t *make_outcome_json(const struct series_outcome *o, size_t number)
         "deceleration_ft_s2", cli_json_number(o->deceleration_ft_s2, 4), "planar",
         o->has_planar_run, "lift_ratio", cli_json_number(o->lift_ratio, 4), "lift_ratio_error",
         cli_json_number(o->lift_error, 2), "peak_in", cli_json_number(o->peak_movement_in, 5),
-        "reach_ft", cli_json_number(o->reach_beyond_stop_ft, 5), "zone_mats", o->zone_mats,
-        "zone_from_ft", cli_json_number(o->zone_from_ft, 6), "zone_to_ft",
-        cli_json_number(o->zone_to_ft, 6), "push_lb", cli_json_number(o->compression_lb, 5),
+        "reach_ft", cli_json_number(o->moved_length_beyond_stop_ft, 5), "zone_mats", o->zone_mats,
+        "zone_from_ft", cli_json_number(o->zone_start_ft, 6), "zone_to_ft",
+        cli_json_number(o->zone_end_ft, 6), "push_lb", cli_json_number(o->compression_lb, 5),
         "push_error_lb", cli_json_number(o->compression_error_lb, 2), "pull_lb",
         cli_json_number(o->tension_lb, 5), "pull_error_lb", cli_json_number(o->tension_error_lb, 2),
-        "tears", o->torn_joints, "waves", o->wave_count, "wave_ft",
+        "tears", o->torn_joint_count, "waves", o->wave_count, "wave_ft",
         o->wave_count > 0 ? cli_json_number(o->wave_station_ft, 6) : json_null(), "rise_in",
         cli_json_number(o->wave_rise_in, 5), "crest_deg", cli_json_number(o->crest_angle_deg, 4),
         "sag_deg", cli_json_number(o->sag_angle_deg, 4), "unhinged", o->is_unhinged, "buckled",
         o->is_buckled, "overrun_ft",
-        make_stations_json(o->overrun_station_ft, (size_t)o->overrun_count), "failure_ft",
-        make_stations_json(o->failure_station_ft, (size_t)o->failure_count));
+        make_stations_json(o->wave_encounter_station_ft, (size_t)o->wave_encounter_count),
+        "failure_ft", make_stations_json(o->failure_station_ft, (size_t)o->failure_count));
     if (o->first_buckle_station_ft > 0.0) {
         json_object_set_new(object, "crest_ft", cli_json_number(o->first_buckle_station_ft, 6));
         json_object_set_new(object, "crest_ahead_mats", json_integer(o->first_buckle_ahead_mats));
     }
-    if (o->slack_band_segments > 0)
-        json_object_set_new(object, "band_slack", json_integer(o->slack_band_segments));
+    if (o->slack_band_segment_count > 0)
+        json_object_set_new(object, "band_slack", json_integer(o->slack_band_segment_count));
     return object;
 }
 
 static json_t *make_run_json(const struct series_run *run)
 {
     json_t *outcomes = json_array();
-    for (size_t i = 0; i < run->simulated_landings; i++)
+    for (size_t i = 0; i < run->simulated_landing_count; i++)
         json_array_append_new(outcomes, make_outcome_json(&run->outcomes[i], i + 1));
     json_t *object = json_pack(
         "{s:I,s:o,s:o,s:o}", "seed", (json_int_t)run->seed, "buckled_landing",
@@ -471,7 +471,7 @@ static double compute_median_of_largest(const struct landing_series *c,
     size_t count = 0;
     for (size_t i = 0; i < c->seed_count; i++) {
         double most = (double)NAN;
-        for (size_t k = 0; k < runs[i].simulated_landings; k++) {
+        for (size_t k = 0; k < runs[i].simulated_landing_count; k++) {
             if (!runs[i].outcomes[k].is_buckled)
                 most = fmax(most, value(&runs[i].outcomes[k]));
         }
@@ -529,7 +529,7 @@ static void add_buckled(struct answer *answer, const struct landing_series *c,
     answer_add_json(answer, "buckled_ft", make_spread_json(&s->buckle_station_ft));
 }
 
-static void add_text_if_any(struct answer *answer, const char *label, const char *text)
+static void add_text_if_present(struct answer *answer, const char *label, const char *text)
 {
     if (text[0])
         answer_add_text(answer, NULL, label, "%s", text);
@@ -552,16 +552,16 @@ static void add_outcome(struct answer *answer, const struct landing_series *c,
     for (size_t i = 0; i < c->seed_count; i++) {
         if (runs[i].error.status != MR_OK)
             answer_add_text(answer, NULL, "FAILED", "seed %llu, landing %zu: %s",
-                            (unsigned long long)runs[i].seed, runs[i].simulated_landings + 1,
+                            (unsigned long long)runs[i].seed, runs[i].simulated_landing_count + 1,
                             runs[i].error.text);
     }
     char ground[200];
-    series_ground_text(c, ground, sizeof ground);
+    series_describe_ground(c, ground, sizeof ground);
     answer_add_text(answer, "ground", "ground", "%s", ground);
     add_buckled(answer, c, s);
-    add_text_if_any(answer, "observed", c->observed);
-    add_text_if_any(answer, "parameters", c->basis);
-    add_text_if_any(answer, "added afterwards, so not a prediction", c->changes_after_outcome);
+    add_text_if_present(answer, "observed", c->observed);
+    add_text_if_present(answer, "parameters", c->basis);
+    add_text_if_present(answer, "added afterwards, so not a prediction", c->changes_after_outcome);
 }
 
 /* Adds the results of each landing. */

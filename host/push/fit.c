@@ -20,7 +20,7 @@
 #define CELL_SHOWN_MAX 40
 #define HEADER_EXAMPLE "`test,load (lb),force (lb),displacement (in)`"
 
-enum role { ROLE_TEST, ROLE_LOAD, ROLE_FORCE, ROLE_DISPLACEMENT, ROLE_COUNT };
+enum column_role { ROLE_TEST, ROLE_LOAD, ROLE_FORCE, ROLE_DISPLACEMENT, ROLE_COUNT };
 
 static const struct {
     const char *name, *word, *alternative; /* words that identify the column in the header line */
@@ -75,7 +75,7 @@ static size_t split_cells(char *line, char *cell[CELLS_MAX])
     return count;
 }
 
-static enum mr_status parse_unit(struct readings_file *t, enum role role, const char *name)
+static enum mr_status parse_unit(struct readings_file *t, enum column_role role, const char *name)
 {
     struct calibrate_column column = calibrate_column_parse(name);
     if (!column.is_known || column.is_codes)
@@ -112,7 +112,7 @@ static enum mr_status parse_header(struct readings_file *t, char *cell[CELLS_MAX
                              "and displacement, as in %s",
                              t->path, t->line, CELL_SHOWN_MAX, cell[i], HEADER_EXAMPLE);
         t->column[found] = (int)i;
-        if (found != ROLE_TEST && parse_unit(t, (enum role)found, cell[i]) != MR_OK)
+        if (found != ROLE_TEST && parse_unit(t, (enum column_role)found, cell[i]) != MR_OK)
             return t->error->status;
     }
     for (int role = ROLE_LOAD; role < ROLE_COUNT; role++) {
@@ -125,7 +125,7 @@ static enum mr_status parse_header(struct readings_file *t, char *cell[CELLS_MAX
     return MR_OK;
 }
 
-static enum mr_status parse_value(struct readings_file *t, enum role role, const char *text,
+static enum mr_status parse_value(struct readings_file *t, enum column_role role, const char *text,
                                   double *value)
 {
     struct quantity_error wrong;
@@ -276,10 +276,11 @@ struct push_path {
     size_t count;
     /* index of the reading before the force first decreases; without a decrease, of the last
      * reading */
-    size_t top;
-    /* index of the last reading with the same force as `top`, within the gage's error */
+    size_t peak_reading;
+    /* index of the last reading with the same force as `peak_reading`, within the gage's error */
     size_t plateau;
-    size_t falling_count; /* number of readings after the magnitude of the force decreased */
+    size_t
+        unloading_reading_count; /* number of readings after the magnitude of the force decreased */
     double loading[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
     double unloading[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
 };
@@ -306,7 +307,7 @@ static void find_force_directions(struct push_path *path, const struct push_seri
         if (ahead >= -turn_lb)
             continue;
         if (!turned) {
-            path->top = extreme;
+            path->peak_reading = extreme;
             path->plateau = i - 1;
         }
         turned = true;
@@ -316,7 +317,7 @@ static void find_force_directions(struct push_path *path, const struct push_seri
         extreme = i;
     }
     if (!turned) {
-        path->top = extreme;
+        path->peak_reading = extreme;
         path->plateau = n - 1;
     }
 }
@@ -335,7 +336,7 @@ static void add_path_step(struct push_path *path, const struct push_series *seri
         (through_0 || !grows ? path->unloading : path->loading)[i][i - 1] -= 1.0;
     }
     (through_0 || grows ? path->loading : path->unloading)[i][i] += 1.0;
-    path->falling_count += !grows || through_0;
+    path->unloading_reading_count += !grows || through_0;
 }
 
 /* Computes the path. The force changes direction if it goes back by more than the error of its
@@ -368,7 +369,7 @@ static bool compute_path(struct push_path *path, const struct push_series *serie
 /* an interval of K with a ratio of its ends below this may lie between two grid points */
 #define NARROW_INTERVAL_RATIO 1.3
 #define GRID_RHO_POINTS       11
-/* largest number of readings before `top` that are tried as sliding */
+/* largest number of readings before `peak_reading` that are tried as sliding */
 #define SLIDE_READINGS_MAX    20u
 #define SLIDE_CHI_SQUARE_MAX  25.0 /* largest chi-square per reading of the forces during a slide */
 
@@ -384,14 +385,15 @@ struct fit_work {
     const struct push_series *series;
     struct push_errors gage_errors;
     struct push_path path;
-    size_t slid_from, slid_to; /* range of readings during which the mat slid; from > to: none */
+    size_t slide_first,
+        slide_last; /* range of readings during which the mat slid; from > to: none */
     double offset_prior_variance, slide_gain;
     /* `loading` and `unloading` multiplied by the measured forces */
     double loading_lb[PUSH_READINGS_MAX], unloading_lb[PUSH_READINGS_MAX];
     /* products: loading loading', loading unloading' and unloading unloading' */
-    double loading_loading[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
-    double loading_unloading[PUSH_READINGS_MAX][PUSH_READINGS_MAX],
-        unloading_unloading[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
+    double loading_product[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
+    double mixed_product[PUSH_READINGS_MAX][PUSH_READINGS_MAX],
+        unloading_product[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
     double covariance[PUSH_READINGS_MAX][PUSH_READINGS_MAX], residual[PUSH_READINGS_MAX];
 };
 
@@ -417,9 +419,9 @@ static void prepare_fit(struct fit_work *w)
                       path->unloading[i][m] * path->loading[k][m];
                 ff += path->unloading[i][m] * path->unloading[k][m];
             }
-            w->loading_loading[i][k] = gg;
-            w->loading_unloading[i][k] = gf;
-            w->unloading_unloading[i][k] = ff;
+            w->loading_product[i][k] = gg;
+            w->mixed_product[i][k] = gf;
+            w->unloading_product[i][k] = ff;
         }
     }
     double free_in = OFFSET_PRIOR_RANGES * (high - low + 10.0 * w->gage_errors.displacement_in);
@@ -441,14 +443,15 @@ static void cholesky_decompose(struct fit_work *w, size_t n)
 
 static bool has_slid(const struct fit_work *w)
 {
-    return w->slid_from <= w->slid_to;
+    return w->slide_first <= w->slide_last;
 }
 
 /* True if two readings share a free offset in addition to u0. Each sliding reading has an offset of
  * its own; all later readings share that of the last one. */
 static bool is_offset_shared(const struct fit_work *w, size_t i, size_t k)
 {
-    return has_slid(w) && k >= w->slid_from && (i == k || (i >= w->slid_to && k >= w->slid_to));
+    return has_slid(w) && k >= w->slide_first &&
+           (i == k || (i >= w->slide_last && k >= w->slide_last));
 }
 
 static double compute_chi_square(struct fit_work *w, double a, double b)
@@ -458,9 +461,9 @@ static double compute_chi_square(struct fit_work *w, double a, double b)
            moved2 = w->gage_errors.displacement_in * w->gage_errors.displacement_in, sum = 0.0;
     for (size_t i = 0; i < n; i++) {
         for (size_t k = 0; k <= i; k++) {
-            w->covariance[i][k] = force2 * (a * a * w->loading_loading[i][k] +
-                                            a * b * w->loading_unloading[i][k] +
-                                            b * b * w->unloading_unloading[i][k]) +
+            w->covariance[i][k] = force2 * (a * a * w->loading_product[i][k] +
+                                            a * b * w->mixed_product[i][k] +
+                                            b * b * w->unloading_product[i][k]) +
                                   w->offset_prior_variance + (i == k ? moved2 : 0.0);
             if (is_offset_shared(w, i, k))
                 w->covariance[i][k] += w->offset_prior_variance;
@@ -481,11 +484,11 @@ static double compute_chi_square(struct fit_work *w, double a, double b)
 /* Computes the chi2 of the forces during a slide, which must all equal the same limit. */
 static double compute_slide_chi_square(const struct fit_work *w, double *limit_lb)
 {
-    double sum = 0.0, squares = 0.0, count = (double)(w->slid_to + 1 - w->slid_from);
-    for (size_t i = w->slid_from; i <= w->slid_to; i++)
+    double sum = 0.0, squares = 0.0, count = (double)(w->slide_last + 1 - w->slide_first);
+    for (size_t i = w->slide_first; i <= w->slide_last; i++)
         sum += w->series->force_lb[i];
     *limit_lb = sum / count;
-    for (size_t i = w->slid_from; i <= w->slid_to; i++)
+    for (size_t i = w->slide_first; i <= w->slide_last; i++)
         squares += pow((w->series->force_lb[i] - *limit_lb) / w->gage_errors.force_lb, 2.0);
     return squares;
 }
@@ -505,7 +508,7 @@ static double minimize_over_free_parameter(struct fit_work *w, int which, double
                                            double scale)
 {
     double best = compute_chi_square_with_fixed(w, which, fixed, *at);
-    if (w->path.falling_count == 0 && which == 0)
+    if (w->path.unloading_reading_count == 0 && which == 0)
         return best;
     for (int step = 0; step < ITERATIONS_MAX; step++) {
         double up = compute_chi_square_with_fixed(w, which, fixed, *at + scale),
@@ -536,7 +539,7 @@ static double fit_compliances(struct fit_work *w, double *a, double *b, double s
         double rho = *a > 0.0 ? *b / *a : 1.0;
         /* two alternating steps (b with a fixed, then a with rho fixed) converge faster than either
          * alone */
-        if (w->path.falling_count > 0)
+        if (w->path.unloading_reading_count > 0)
             minimize_over_free_parameter(w, 0, *a, b, scale);
         rho = *a != 0.0 ? *b / *a : rho;
         double now = minimize_over_free_parameter(w, 1, rho, a, scale);
@@ -592,8 +595,8 @@ static void try_slide(struct fit_work *w, bool elastic, size_t from, size_t to, 
     double way = (w->series->displacement_in[to] - w->series->displacement_in[from - 1]) *
                  w->series->force_lb[to];
     double limit_lb, a = best->a, b = best->b;
-    w->slid_from = from;
-    w->slid_to = to;
+    w->slide_first = from;
+    w->slide_last = to;
     double now = compute_slide_chi_square(w, &limit_lb);
     if (now > SLIDE_CHI_SQUARE_MAX * (double)(to + 1 - from) || !(way > 0.0))
         return;
@@ -602,24 +605,26 @@ static void try_slide(struct fit_work *w, bool elastic, size_t from, size_t to, 
         *best = (struct slide){from, to, a, b, now, now};
 }
 
-/* Finds the readings during which the mat slid: a range that ends at `top`, or none if no range
- * reduces chi2 enough. `elastic`: a and b are fitted, from their present values; otherwise both are
- * 0. Returns chi2 including that of the forces. */
+/* Finds the readings during which the mat slid: a range that ends at `peak_reading`, or none if no
+ * range reduces chi2 enough. `elastic`: a and b are fitted, from their present values; otherwise
+ * both are 0. Returns chi2 including that of the forces. */
 static double find_slide(struct fit_work *w, bool elastic, double *a, double *b, double scale)
 {
     struct slide best = {w->path.count, 0, *a, *b, 0.0, 0.0};
-    w->slid_from = best.from;
-    w->slid_to = best.to;
+    w->slide_first = best.from;
+    w->slide_last = best.to;
     best.chi_square = elastic ? fit_compliances(w, &best.a, &best.b, scale)
                               : compute_chi_square(w, 0.0, 0.0);
     best.threshold = best.chi_square - w->slide_gain;
-    size_t first = w->path.top > SLIDE_READINGS_MAX ? w->path.top - SLIDE_READINGS_MAX : 1;
-    for (size_t to = w->path.top; to <= w->path.plateau; to++) {
+    size_t first = w->path.peak_reading > SLIDE_READINGS_MAX
+                     ? w->path.peak_reading - SLIDE_READINGS_MAX
+                     : 1;
+    for (size_t to = w->path.peak_reading; to <= w->path.plateau; to++) {
         for (size_t from = to; from >= first && from >= 1; from--)
             try_slide(w, elastic, from, to, scale, &best);
     }
-    w->slid_from = best.from;
-    w->slid_to = best.to;
+    w->slide_first = best.from;
+    w->slide_last = best.to;
     *a = best.a;
     *b = best.b;
     return best.chi_square;
@@ -634,7 +639,7 @@ static double compute_grid_log_odds(struct fit_work *w, const struct push_fit *f
     for (int i = 0; i < GRID_K_POINTS; i++) {
         double k = expected_lb_in *
                    pow(10.0, PUSH_PRIOR_DECADES * (2.0 * i / (GRID_K_POINTS - 1.0) - 1.0));
-        for (int j = 0; j < (w->path.falling_count > 0 ? GRID_RHO_POINTS : 1); j++) {
+        for (int j = 0; j < (w->path.unloading_reading_count > 0 ? GRID_RHO_POINTS : 1); j++) {
             double now = force + compute_chi_square(w, 1.0 / k, j / (GRID_RHO_POINTS - 1.0) / k);
             logs[count] = -0.5 * (now - fit->rigid_chi_square) / stretch2;
             most = fmax(most, logs[count++]);
@@ -684,7 +689,7 @@ static void find_intervals(struct fit_work *w, double a, double b, double best, 
     fit->k_lb_in = (struct push_interval){is_determined ? 1.0 / a : (double)NAN, 1.0 / (a + up),
                                           is_determined ? 1.0 / (a - down) : (double)INFINITY};
     fit->unloading_ratio = (struct push_interval){(double)NAN, -(double)INFINITY, (double)INFINITY};
-    if (!is_determined || w->path.falling_count == 0)
+    if (!is_determined || w->path.unloading_reading_count == 0)
         return;
     fit->unloading_ratio.value = rho;
     fit->unloading_ratio.high = rho + find_interval_distance(w, 1, rho, a, least_chi, q, 0.05,
@@ -696,7 +701,7 @@ static void find_intervals(struct fit_work *w, double a, double b, double best, 
 static void fit_series(struct fit_work *w, double expected_lb_in, double stretch,
                        struct push_fit *fit)
 {
-    size_t n = w->path.count, top = w->path.top;
+    size_t n = w->path.count, top = w->path.peak_reading;
     double most_lb = 0.0, a, b, none = 0.0;
     for (size_t i = 0; i < n; i++)
         most_lb = fmax(most_lb, fabs(w->series->force_lb[i]));
@@ -704,22 +709,23 @@ static void fit_series(struct fit_work *w, double expected_lb_in, double stretch
     double scale = 0.3 * w->gage_errors.displacement_in / most_lb;
     a = fmax(scale,
              fabs(w->series->displacement_in[top] - w->series->displacement_in[0]) / most_lb);
-    b = w->path.falling_count > 0 ? a : 0.0;
+    b = w->path.unloading_reading_count > 0 ? a : 0.0;
     prepare_fit(w);
     w->slide_gain = PUSH_SLIDE_GAIN_MIN * stretch * stretch;
     *fit = (struct push_fit){.slide_force_lb = (double)NAN, .max_force_lb = most_lb};
-    fit->unloading_count = w->path.falling_count;
+    fit->unloading_count = w->path.unloading_reading_count;
     fit->rigid_chi_square = find_slide(w, false, &none, &none, scale);
     fit->chi_square = find_slide(w, true, &a, &b, scale);
-    fit->first_sliding_reading = w->slid_from;
+    fit->first_sliding_reading = w->slide_first;
     double force = has_slid(w) ? compute_slide_chi_square(w, &fit->slide_force_lb) : 0.0;
-    fit->slid_count = has_slid(w) ? w->slid_to + 1 - w->slid_from : 0;
-    size_t parameters = 2u + (w->path.falling_count > 0 ? 1u : 0u) + (has_slid(w) ? 1u : 0u);
+    fit->slid_count = has_slid(w) ? w->slide_last + 1 - w->slide_first : 0;
+    size_t parameters = 2u + (w->path.unloading_reading_count > 0 ? 1u : 0u) +
+                        (has_slid(w) ? 1u : 0u);
     fit->degrees_of_freedom = n > parameters ? n - parameters : 0;
     find_intervals(w, a, b, fit->chi_square, force, Z_95 * stretch, scale, fit);
     fit->log_odds = compute_log_odds(w, fit, force, expected_lb_in, stretch * stretch);
     double sum = 0.0;
-    size_t before = has_slid(w) ? w->slid_from : n;
+    size_t before = has_slid(w) ? w->slide_first : n;
     for (size_t i = 0; i < before; i++)
         sum += w->series->displacement_in[i] - a * w->loading_lb[i] - b * w->unloading_lb[i];
     fit->dial_zero_in = sum / (double)before;

@@ -197,8 +197,8 @@ void push_add_tests(struct answer *answer, const struct push_readings *readings,
 struct weighted_fit {
     double y[PUSH_SERIES_MAX], error[PUSH_SERIES_MAX], x[PUSH_SERIES_MAX];
     size_t count, term_count;
-    /* half_width_errors: half width of a 95 % interval, in standard errors */
-    double coefficient[2], coefficient_error[2], spread, half_width_errors;
+    /* half_width_in_errors: half width of a 95 % interval, in standard errors */
+    double coefficient[2], coefficient_error[2], spread, half_width_in_errors;
 };
 
 /* Fits with a given spread; returns the weighted sum of squared residuals. */
@@ -231,7 +231,7 @@ static void fit_with_best_spread(struct weighted_fit *p)
     size_t more = p->count > p->term_count ? p->count - p->term_count : 0;
     double left = fit_with_spread(p, 0.0), low = 0.0, high = LN_K_SPREAD_MAX;
     p->spread = 0.0;
-    p->half_width_errors = Z_95;
+    p->half_width_in_errors = Z_95;
     if (more == 0 || (more == 1 && left <= CHI_SQUARE_95_ONE_DEGREE))
         return;
     if (left > (double)more) {
@@ -246,12 +246,12 @@ static void fit_with_best_spread(struct weighted_fit *p)
         left = fit_with_spread(p, p->spread);
     }
     double scatter = sqrt(left / (double)more) * mr_gates_student_factor((unsigned)more);
-    p->half_width_errors = Z_95 * fmax(1.0, scatter);
+    p->half_width_in_errors = Z_95 * fmax(1.0, scatter);
 }
 
 static struct push_interval make_interval(const struct weighted_fit *p, size_t term)
 {
-    double half = p->half_width_errors * p->coefficient_error[term];
+    double half = p->half_width_in_errors * p->coefficient_error[term];
     return (struct push_interval){p->coefficient[term], p->coefficient[term] - half,
                                   p->coefficient[term] + half};
 }

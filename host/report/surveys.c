@@ -37,8 +37,8 @@ static void draw_gage_lines(struct figure *figure, const struct survey_results *
         for (size_t k = 0; k < count; k++)
             y[k] = moved ? found->since_previous.movement[line][k].value_in
                          : found->since_previous.change.gap_in[line][k];
-        figure_add_series(figure, &(struct chart_series){survey_line_text(line + 1), line, "marks",
-                                                         x, y, NULL, count});
+        figure_add_series(figure, &(struct chart_series){survey_describe_line(line + 1), line,
+                                                         "marks", x, y, NULL, count});
     }
 }
 
@@ -145,7 +145,7 @@ static void write_survey_text(FILE *out, const struct survey *survey,
                 fabs(found->worst_bow_in) > SURVEY_BOW_LIMIT_IN ? "warn" : "say",
                 found->worst_bow_in * length->factor, found->worst_bow_error_in * length->factor,
                 length->text, found->worst_bow_station_ft * station->factor, station->text,
-                survey_bow_verdict(found), SURVEY_BOW_LIMIT_IN * length->factor, length->text);
+                survey_describe_bow(found), SURVEY_BOW_LIMIT_IN * length->factor, length->text);
     fputs("</p>\n", out);
 }
 

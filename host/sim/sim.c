@@ -10,7 +10,7 @@
 #include "host/sim/solvers/chain.h"
 #include "host/sim/solvers/planar.h"
 
-bool sim_solver_is_left_out(const char *solver)
+bool sim_solver_is_missing(const char *solver)
 {
     return strcmp(solver, "cvode") == 0 && !planar_has_solver(solver);
 }
@@ -102,7 +102,7 @@ static void format_failure(const struct sim_result *result, const struct sim_sce
                   "interrupted: %s: at %.*g of %.*g s, by the computing limit of %g s; the result "
                   "ends at that time; give a longer limit, an earlier tend or a looser rtol",
                   name, nine, result->t_s, nine, result->t_end_s,
-                  deadline->requested_options->time_limit_s);
+                  deadline->caller_options->time_limit_s);
     } else if (result->status == SIM_INTERRUPTED) {
         error_set(error, MR_NUMERICS,
                   "interrupted: %s: at %.*g of %.*g s; the result ends at that time", name, nine,
@@ -161,19 +161,19 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
                          "the chain model has no soil: %s: friction_normal is soil; set "
                          "friction_normal to weight",
                          where);
-    struct sim_scene counted;
-    sim_scene_shift_times(&counted, scene);
+    struct sim_scene shifted;
+    sim_scene_shift_times(&shifted, scene);
     result->start_s = sim_scene_start_s(scene);
     if (scene->model == SIM_MODEL_CHAIN)
-        chain_run(&counted, &deadline.options, result, error);
+        chain_run(&shifted, &deadline.options, result, error);
     else
-        planar_run(&counted, &deadline.options, result, error);
-    sim_scene_shift_times_free(&counted, scene);
+        planar_run(&shifted, &deadline.options, result, error);
+    sim_scene_shift_times_free(&shifted, scene);
     convert_to_scene_times(result);
     return finish_result(result, scene, &deadline, error);
 }
 
-bool sim_progress(void *progress, int pass, double part)
+bool sim_report_progress(void *progress, int pass, double part)
 {
     progress_set(progress, "run %d is at %.0f %%", pass, 100.0 * part);
     return true;
@@ -191,7 +191,7 @@ static json_t *numbers_to_json(const double *values, size_t count)
     return list;
 }
 
-static json_t *flagged_to_json(const double *flags, const double *names, size_t count)
+static json_t *flagged_numbers_to_json(const double *flags, const double *names, size_t count)
 {
     json_t *list = json_array();
     for (size_t i = 0; i < count; i++) {
@@ -217,7 +217,7 @@ static void add_band_group(struct answer *answer, int group, const struct mods_s
         {"load_lb", numbers_to_json(s->band_load_lb + connection, count)},
         {"slipped", numbers_to_json(s->band_slip_ft + connection, count)},
         {"pulled",
-         flagged_to_json(s->band_pulled_out + connection, s->band_mat + connection, count)},
+         flagged_numbers_to_json(s->band_pulled_out + connection, s->band_mat + connection, count)},
     };
     for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) {
         char name[24];
@@ -263,21 +263,22 @@ static void add_bands(struct answer *answer, const struct mods_state *s)
 
 static void add_cleats(struct answer *answer, const struct mods_state *s)
 {
-    size_t worst = find_extreme(s->cleat_left, s->cleat_count, -1.0);
+    size_t worst = find_extreme(s->cleat_remaining_share, s->cleat_count, -1.0);
     double sum = 0.0;
     for (size_t i = 0; i < s->cleat_count; i++)
-        sum += s->cleat_left[i];
-    answer_add_json(answer, "cleat_left", numbers_to_json(s->cleat_left, s->cleat_count));
+        sum += s->cleat_remaining_share[i];
+    answer_add_json(answer, "cleat_left",
+                    numbers_to_json(s->cleat_remaining_share, s->cleat_count));
     answer_add_value(answer, NULL, "holding force of cleats", UNIT_NUMBER,
                      sum / (double)s->cleat_count, -3);
     answer_append_remark(answer, " of the initial force is left on average, %.3g on mat %.0f",
-                         s->cleat_left[worst], s->cleat_mat[worst]);
+                         s->cleat_remaining_share[worst], s->cleat_mat[worst]);
 }
 
 static void add_restraints(struct answer *answer, const struct mods_state *s)
 {
     size_t first = 0;
-    for (int k = 0; k < SIM_RESTRAINT_KINDS; first += s->restraint_counts[k++]) {
+    for (int k = 0; k < SIM_RESTRAINT_KIND_COUNT; first += s->restraint_counts[k++]) {
         const char *kind = mods_restraint_name(k);
         const double *load_lb = s->restraint_load_lb + first, *at = s->restraint_places + first;
         size_t count = s->restraint_counts[k], most = find_extreme(load_lb, count, 1.0);
@@ -322,7 +323,7 @@ static void add_mods(struct answer *answer, const struct sim_scene *scene,
         torn += s->torn[j] != 0.0;
     bool may_tear = scene->mods.tear_lb < HUGE_VAL;
     if (may_tear || scene->mods.torn.count > 0)
-        answer_add_json(answer, "torn", flagged_to_json(s->torn, NULL, s->joint_count + 1));
+        answer_add_json(answer, "torn", flagged_numbers_to_json(s->torn, NULL, s->joint_count + 1));
     if (may_tear || torn > 0)
         answer_add_count(answer, NULL, "joints torn", (int64_t)torn);
     answer_close_group(answer);
@@ -450,8 +451,8 @@ static void add_active_mats(struct answer *answer, const struct sim_result *resu
     answer_add_value(answer, "pass_ms", "time of this run", UNIT_NUMBER, result->pass_ms, 1)
         ->suffix = " ms";
     answer_open_list(answer, "left_out", "left out");
-    for (size_t i = 0; result->left_out_effects[i]; i++)
-        answer_add_sentence(answer, NULL, "%s", result->left_out_effects[i]);
+    for (size_t i = 0; result->omitted_effects[i]; i++)
+        answer_add_sentence(answer, NULL, "%s", result->omitted_effects[i]);
     answer_close_group(answer);
     answer_open_list(answer, "notes", "notes");
     for (size_t i = 0; result->notes[i][0]; i++)

@@ -8,7 +8,7 @@
 
 /* True for a solver that matrig-study has and this program does not: cvode, because matrig is not
  * linked with SUNDIALS. */
-bool sim_solver_is_left_out(const char *solver);
+bool sim_solver_is_missing(const char *solver);
 
 /* Runs a scene. MR_OK: the result is SIM_OK. MR_NUMERICS: the run was refused for numerical
  * reasons, failed, or was interrupted; the result has the details, and `error` names mat and time.
@@ -21,7 +21,7 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
 
 /* A function for sim_options.may_continue that reports progress to a struct progress
  * (host/base/progress.h). It never stops the run. */
-bool sim_progress(void *progress, int pass_from_1, double part);
+bool sim_report_progress(void *progress, int pass_from_1, double part);
 
 /* Number of mats that a scene selects for output (u_mats; all by default), and the number of the
  * i-th of these mats. */

@@ -94,7 +94,7 @@ static void format_slope(const char *what, const struct error_slope *slope,
                  slope->point_count, slope->scatter);
     else
         snprintf(text, size, "%s: %.2f (%d runs, %s %.3g to %.3g, scatter %.2f decades)", what,
-                 slope->slope, slope->point_count, order->is_of_step ? "dt" : "rtol",
+                 slope->slope, slope->point_count, order->is_step_order ? "dt" : "rtol",
                  slope->fit_min, slope->fit_max, slope->scatter);
 }
 
@@ -103,7 +103,7 @@ static void add_slopes(struct answer *answer, const struct error_study *study)
     answer_open_list(answer, "order", "observed orders p");
     for (size_t i = 0; i < study->order_count; i++) {
         const struct error_order *order = &study->orders[i];
-        const char *law = order->is_of_step ? "error ~ dt^p" : "error ~ rtol^p";
+        const char *law = order->is_step_order ? "error ~ dt^p" : "error ~ rtol^p";
         char u[120], lift[120];
         format_slope("u", &order->u, order, u, sizeof u);
         if (study->has_lift)
@@ -113,7 +113,7 @@ static void add_slopes(struct answer *answer, const struct error_study *study)
         if (study->has_lift)
             answer_add_text(answer, NULL, order->solver, "%s, %s", law, lift);
         answer_add_text(answer, "solver", NULL, "%s", order->solver);
-        answer_add_text(answer, "against", NULL, "%s", order->is_of_step ? "dt" : "rtol");
+        answer_add_text(answer, "against", NULL, "%s", order->is_step_order ? "dt" : "rtol");
         answer_add_json(answer, "u", slope_to_json(&order->u));
         answer_add_json(answer, "lift", slope_to_json(&order->lift));
         answer_close_group(answer);
@@ -242,12 +242,12 @@ static enum mr_status write_plot(const char *path, const char *name,
     return plot_write(plot, path, error);
 }
 
-static void show_progress(void *ctx, size_t runs_begun)
+static void show_progress(void *ctx, size_t started_run_count)
 {
-    if (runs_begun == 0)
+    if (started_run_count == 0)
         progress_set(ctx, "reference: refining two methods until they agree");
     else
-        progress_set(ctx, "run %zu, compared with the reference", runs_begun);
+        progress_set(ctx, "run %zu, compared with the reference", started_run_count);
 }
 
 int error_command(int argc, char **argv, const struct cli *cli)

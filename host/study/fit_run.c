@@ -37,7 +37,8 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct fi
 static int find_fit_key(const char *option, const char *name, size_t length)
 {
     for (int k = 0; k < FIT_KEYS; k++) {
-        if (strlen(fit_names[k].key) == length && strncmp(fit_names[k].key, name, length) == 0)
+        if (strlen(fit_parameter_names[k].key) == length &&
+            strncmp(fit_parameter_names[k].key, name, length) == 0)
             return k;
     }
     error_set(fatal, MR_USAGE, "unknown parameter: '%.*s' for %s; give gap, grit, f, share, KL",
@@ -85,7 +86,7 @@ static void set_priors(const char *text, struct fit_landings *list)
         size_t length = strcspn(text, "=,"), whole = strcspn(text, ",");
         int key = find_fit_key("--prior", text, length);
         double value, spread;
-        const char *unit = unit_get(fit_names[key].unit, false)->text;
+        const char *unit = unit_get(fit_parameter_names[key].unit, false)->text;
         if (!read_prior(text + length, whole - length, unit, &value, &spread))
             error_set(fatal, MR_USAGE,
                       "not a prior: '%.*s'; give NAME=VALUE:ERROR, both above 0 and in %s, such as "
@@ -93,7 +94,7 @@ static void set_priors(const char *text, struct fit_landings *list)
                       (int)whole, text, *unit ? unit : "no unit");
         if (given[key])
             error_set(fatal, MR_USAGE, "given twice: %s in --prior; leave one out",
-                      fit_names[key].key);
+                      fit_parameter_names[key].key);
         given[key] = true;
         list->parameter[key].value = value;
         list->parameter[key].spread = spread / value;
@@ -199,14 +200,14 @@ static void add_parameters(struct answer *answer, const struct fit_landings *lis
                            const struct fit_result *fit, const struct misfit *misfit)
 {
     enum fit_key key[FIT_KEYS];
-    size_t count = fit_landings_fitted(list, key);
+    size_t count = fit_landings_list_keys(list, key);
     answer_open_table(answer, "parameters",
                       misfit->is_rejected
                           ? "parameters, with 95 % intervals (not reliable, see below)"
                           : "parameters, with 95 % intervals");
     for (size_t i = 0; i < count; i++) {
         const struct fit_parameter *p = &list->parameter[key[i]];
-        const struct fit_name *name = &fit_names[key[i]];
+        const struct fit_parameter_name *name = &fit_parameter_names[key[i]];
         const struct unit *unit = unit_get(name->unit, answer_is_si(answer));
         const struct {
             const char *name, *label;
@@ -240,15 +241,15 @@ static void add_correlations(struct answer *answer, const struct fit_landings *l
                              const struct fit_result *fit)
 {
     enum fit_key key[FIT_KEYS];
-    size_t count = fit_landings_fitted(list, key);
+    size_t count = fit_landings_list_keys(list, key);
     json_t *correlations = json_array();
     answer_open_table(answer, NULL, "correlation of the estimates");
     for (size_t i = 0; i < count; i++) {
         json_t *row = json_array();
         answer_open_row(answer);
-        answer_add_text(answer, NULL, "of", "%s", fit_names[key[i]].key);
+        answer_add_text(answer, NULL, "of", "%s", fit_parameter_names[key[i]].key);
         for (size_t k = 0; k < count; k++) {
-            answer_add_value(answer, NULL, fit_names[key[k]].key, UNIT_NUMBER,
+            answer_add_value(answer, NULL, fit_parameter_names[key[k]].key, UNIT_NUMBER,
                              correlation(fit, i, k), 2);
             json_array_append_new(row, cli_json_number(correlation(fit, i, k), 6));
         }

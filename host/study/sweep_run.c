@@ -74,7 +74,7 @@ static int run_cases(const struct sweep_request *r, const struct sweep *sweep,
     json_t *all = cli->json && !r->output ? json_array() : NULL;
     for (size_t i = first; i < end; i++) {
         json_t *line = sweep_make_line(sweep, i,
-                                       sweep_run_case(sweep, i, sweep_get_simulation(sweep)));
+                                       sweep_run_case(sweep, i, sweep_get_simulator(sweep)));
         failed += strcmp(json_string_value(json_object_get(line, "status")), "ok") != 0;
         write_line(line, all, output.file);
     }
@@ -93,9 +93,9 @@ static int list_cases(const struct sweep *sweep, const struct cli *cli)
 {
     json_t *all = cli->json ? json_array() : NULL;
     for (size_t i = 0; i < sweep->case_count; i++)
-        write_line(
-            json_pack("{s:I,s:o}", "case", (json_int_t)i + 1, "values", sweep_values(sweep, i)),
-            all, stdout);
+        write_line(json_pack("{s:I,s:o}", "case", (json_int_t)i + 1, "values",
+                             sweep_case_values(sweep, i)),
+                   all, stdout);
     return print_all_lines(all);
 }
 

@@ -17,9 +17,9 @@
 
 /* ---- plan ---- */
 
-const char *const survey_item_kind_text[SURVEY_ITEM_KINDS] = {"gap", "station", "across",
-                                                              "diagonal"};
-const char *const survey_edges_text[SURVEY_EDGES] = {"left", "both", "none", "diagonal"};
+const char *const survey_item_kind_text[SURVEY_ITEM_KIND_COUNT] = {"gap", "station", "across",
+                                                                   "diagonal"};
+const char *const survey_edges_text[SURVEY_EDGES_COUNT] = {"left", "both", "none", "diagonal"};
 
 static void add_item(struct survey_plan *plan, enum survey_item_kind kind, unsigned line,
                      unsigned place)
@@ -99,19 +99,19 @@ static int find_word_index(const char *const *words, int count, const char *text
 
 static bool survey_item_kind_parse(const char *text, enum survey_item_kind *kind)
 {
-    int found = find_word_index(survey_item_kind_text, SURVEY_ITEM_KINDS, text);
-    *kind = found < 0 ? SURVEY_ITEM_KINDS : (enum survey_item_kind)found;
+    int found = find_word_index(survey_item_kind_text, SURVEY_ITEM_KIND_COUNT, text);
+    *kind = found < 0 ? SURVEY_ITEM_KIND_COUNT : (enum survey_item_kind)found;
     return found >= 0;
 }
 
 bool survey_edges_parse(const char *text, enum survey_edges *edges)
 {
-    int found = find_word_index(survey_edges_text, SURVEY_EDGES, text);
+    int found = find_word_index(survey_edges_text, SURVEY_EDGES_COUNT, text);
     *edges = found < 0 ? SURVEY_EDGE_LEFT : (enum survey_edges)found;
     return found >= 0;
 }
 
-double survey_line_in(unsigned line)
+double survey_line_offset_in(unsigned line)
 {
     static const double from_left_in[SURVEY_LINES] = {12.0, SURVEY_RUNWAY_WIDTH_IN / 2 - 36.0,
                                                       SURVEY_RUNWAY_WIDTH_IN / 2,
@@ -119,7 +119,7 @@ double survey_line_in(unsigned line)
     return from_left_in[line - 1];
 }
 
-const char *survey_line_text(unsigned line)
+const char *survey_describe_line(unsigned line)
 {
     static const char *const text[SURVEY_LINES] = {
         "12 in from the left edge", "36 in left of the centreline", "near the centreline",
@@ -133,7 +133,7 @@ void survey_item_format(const struct survey_item *item, bool si, char *out, size
     double at = get_item_station_ft(item) * station->factor;
     if (item->kind == SURVEY_ITEM_GAP)
         snprintf(out, size, "line %u (%s), mats %u to %u, station %.1f %s", item->line,
-                 survey_line_text(item->line), item->index * MR_MATS_PER_SEGMENT + 1,
+                 survey_describe_line(item->line), item->index * MR_MATS_PER_SEGMENT + 1,
                  (item->index + 1) * MR_MATS_PER_SEGMENT, at, station->text);
     else if (item->kind == SURVEY_ITEM_DIAGONAL)
         snprintf(out, size, "45 degree line %u, span %u of %u from the left", item->line,
@@ -141,10 +141,10 @@ void survey_item_format(const struct survey_item *item, bool si, char *out, size
     else
         snprintf(out, size, "%s %.1f %s, line %u (%s)",
                  item->kind == SURVEY_ITEM_STATION ? "station" : "across at station", at,
-                 station->text, item->line, survey_line_text(item->line));
+                 station->text, item->line, survey_describe_line(item->line));
 }
 
-static bool is_span(const struct survey_item *item)
+static bool is_span_item(const struct survey_item *item)
 {
     return item->kind == SURVEY_ITEM_GAP || item->kind == SURVEY_ITEM_DIAGONAL;
 }
@@ -152,12 +152,12 @@ static bool is_span(const struct survey_item *item)
 /* Returns the expected value of the first reading of an item; NaN: none. */
 static double get_item_nominal_in(const struct survey_item *item)
 {
-    return is_span(item) ? SURVEY_POINT_SPACING_IN : (double)NAN;
+    return is_span_item(item) ? SURVEY_POINT_SPACING_IN : (double)NAN;
 }
 
 double survey_item_limit_in(const struct survey_item *item)
 {
-    return is_span(item) ? SURVEY_SPAN_CHANGE_MAX_IN : SURVEY_STATION_CHANGE_MAX_IN;
+    return is_span_item(item) ? SURVEY_SPAN_CHANGE_MAX_IN : SURVEY_STATION_CHANGE_MAX_IN;
 }
 
 /* ---- a survey in progress ---- */
@@ -509,7 +509,7 @@ void survey_readings_init(struct survey_readings *readings)
     readings->error_in = SURVEY_READING_ERROR_IN;
 }
 
-static double *survey_reading_of_item(struct survey_readings *r, const struct survey_item *item)
+static double *survey_get_reading(struct survey_readings *r, const struct survey_item *item)
 {
     unsigned l = item->line - 1, p = item->index;
     switch (item->kind) {
@@ -606,8 +606,8 @@ static struct survey_estimate compute_bow(const struct survey_change *c, unsigne
     const struct survey_estimate left = c->movement[0][point],
                                  right = c->movement[SURVEY_LINES - 1][point];
     for (unsigned line = 1; line + 1 < SURVEY_LINES; line++) {
-        double part = (survey_line_in(line + 1) - survey_line_in(1)) /
-                      (survey_line_in(SURVEY_LINES) - survey_line_in(1));
+        double part = (survey_line_offset_in(line + 1) - survey_line_offset_in(1)) /
+                      (survey_line_offset_in(SURVEY_LINES) - survey_line_offset_in(1));
         const struct survey_estimate here = c->movement[line][point];
         double away_in = here.value_in - (1.0 - part) * left.value_in - part * right.value_in;
         /* the first value is always used: worst_bow is NaN at first */
@@ -694,7 +694,7 @@ static enum mr_status load_readings(struct store *store, int64_t id, const struc
     for (size_t i = 0; i < SURVEY_ITEMS_MAX; i++)
         value_in[i] = (double)NAN;
     for (size_t i = 0; i < count; i++) {
-        struct survey_item item = {SURVEY_ITEM_KINDS, (unsigned)rows[i].line,
+        struct survey_item item = {SURVEY_ITEM_KIND_COUNT, (unsigned)rows[i].line,
                                    (unsigned)rows[i].place};
         int at = survey_item_kind_parse(rows[i].kind, &item.kind) ? survey_plan_find(plan, &item)
                                                                   : -1;
@@ -705,7 +705,7 @@ static enum mr_status load_readings(struct store *store, int64_t id, const struc
             continue;
         survey_progress_restore(&survey->progress, (size_t)at, rows[i].value_in,
                                 rows[i].skipped != 0);
-        *survey_reading_of_item(&survey->readings, &item) = rows[i].value_in;
+        *survey_get_reading(&survey->readings, &item) = rows[i].value_in;
         survey->confirmed_readings += rows[i].confirmed != 0;
     }
     free(rows);
@@ -788,8 +788,8 @@ enum mr_status survey_load(struct store *store, int64_t id, struct survey *surve
     return status;
 }
 
-enum mr_status survey_load_open(struct store *store, struct survey *survey, bool *found,
-                                struct error *error)
+enum mr_status survey_load_unfinished(struct store *store, struct survey *survey, bool *found,
+                                      struct error *error)
 {
     struct store_gage_survey *rows = NULL;
     size_t count = 0;
@@ -883,7 +883,7 @@ void survey_format_time(int64_t host_us, char *out, size_t size)
         strftime(out, size, "%Y-%m-%d %H:%M UTC", &when);
 }
 
-const char *survey_bow_verdict(const struct survey_results *found)
+const char *survey_describe_bow(const struct survey_results *found)
 {
     double bow_in = fabs(found->worst_bow_in);
     if (isnan(bow_in))

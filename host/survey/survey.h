@@ -50,7 +50,7 @@ enum survey_item_kind {
     SURVEY_ITEM_STATION,
     SURVEY_ITEM_ACROSS,
     SURVEY_ITEM_DIAGONAL,
-    SURVEY_ITEM_KINDS
+    SURVEY_ITEM_KIND_COUNT
 };
 /* Lines at which stations are read. SURVEY_EDGE_DIAGONAL: all lines, with the distances across and
  * the lines at 45 degrees. */
@@ -59,7 +59,7 @@ enum survey_edges {
     SURVEY_EDGE_BOTH,
     SURVEY_EDGE_NONE,
     SURVEY_EDGE_DIAGONAL,
-    SURVEY_EDGES
+    SURVEY_EDGES_COUNT
 };
 
 struct survey_item {
@@ -80,13 +80,13 @@ void survey_plan_init(struct survey_plan *plan, enum survey_edges edges);
 int survey_plan_find(const struct survey_plan *plan, const struct survey_item *item);
 
 /* Names of kinds and edges: "gap", "station"; "left", "both", "none". */
-extern const char *const survey_item_kind_text[SURVEY_ITEM_KINDS],
-    *const survey_edges_text[SURVEY_EDGES];
+extern const char *const survey_item_kind_text[SURVEY_ITEM_KIND_COUNT],
+    *const survey_edges_text[SURVEY_EDGES_COUNT];
 bool survey_edges_parse(const char *text, enum survey_edges *edges);
 
 /* returns the distance of a line from the left edge, inches */
-double survey_line_in(unsigned line);
-const char *survey_line_text(unsigned line); /* "36 in left of the centreline" */
+double survey_line_offset_in(unsigned line);
+const char *survey_describe_line(unsigned line); /* "36 in left of the centreline" */
 /* Describes an item: "line 2 (36 in left of the centreline), mats 121 to 130, station 34.3 ft". */
 void survey_item_format(const struct survey_item *item, bool si, char *out, size_t size);
 double survey_item_limit_in(const struct survey_item *item);
@@ -269,8 +269,8 @@ struct survey_results {
 enum mr_status survey_load(struct store *store, int64_t id, struct survey *survey,
                            struct error *error);
 /* Loads the newest unfinished survey; *found is false if there is none. */
-enum mr_status survey_load_open(struct store *store, struct survey *survey, bool *found,
-                                struct error *error);
+enum mr_status survey_load_unfinished(struct store *store, struct survey *survey, bool *found,
+                                      struct error *error);
 enum mr_status survey_evaluate(struct store *store, const struct survey *survey,
                                struct survey_results *found, struct error *error);
 /* Evaluates the newest survey that was started between two times and has readings of segments;
@@ -281,7 +281,7 @@ enum mr_status survey_evaluate_between(struct store *store, int64_t from_us, int
 
 /* Returns the verdict on the bow: "within", "perhaps beyond" (the limit lies in the bow's 95 %
  * interval), "beyond", "not known". */
-const char *survey_bow_verdict(const struct survey_results *found);
+const char *survey_describe_bow(const struct survey_results *found);
 /* Writes a time: "2026-11-22 01:48 UTC"; "no date" for times before SURVEY_EARLIEST_DATE_US, which
  * are board times of a recording without times of day. */
 #define SURVEY_EARLIEST_DATE_US INT64_C(946684800000000) /* 2000-01-01 */

@@ -98,7 +98,7 @@ bool jsonpath_set(json_t *object, const char *path, json_t *value)
 
 #define LEVELS_MAX 1000000
 
-uint64_t fnv1a(uint64_t hash, const void *bytes, size_t size)
+uint64_t fnv1a_hash(uint64_t hash, const void *bytes, size_t size)
 {
     const unsigned char *byte = bytes;
     for (size_t i = 0; i < size; i++)
@@ -244,7 +244,7 @@ static json_t *get_design_value(const struct design_range *range, double u)
  * change them. */
 static void fill_design_latin(double *u, size_t n, uint64_t seed, const char *name)
 {
-    uint64_t state = fnv1a(fnv1a(FNV_BASIS, &seed, sizeof seed), name, strlen(name));
+    uint64_t state = fnv1a_hash(fnv1a_hash(FNV_BASIS, &seed, sizeof seed), name, strlen(name));
     for (size_t i = 0; i < n; i++)
         u[i] = (double)i;
     for (size_t i = n; i > 1; i--) { /* Fisher-Yates shuffle */
@@ -274,7 +274,7 @@ void design_fill_radial(double *u, size_t n, size_t keys, size_t key, uint64_t s
 
 /* Inserts the scene and the elastic ground that a study names, and its optional parts, so that
  * their keys can be varied too. */
-static enum mr_status complete_study(struct sweep *sweep, const char *file, struct error *error)
+static enum mr_status insert_study_parts(struct sweep *sweep, const char *file, struct error *error)
 {
     static const char *const parts[] = {"runway", "aircraft", "engine"};
     static const char *const named[] = {"scene", "elastic"};
@@ -302,7 +302,7 @@ static enum mr_status read_base(struct sweep *sweep, const char *path, struct er
     snprintf(file, sizeof file, "%s", path);
     if (json_is_string(base)) {
         json_object_set_new(sweep->root, "_base_file", json_copy(base));
-        series_make_path_beside(path, json_string_value(base), file);
+        series_make_sibling_path(path, json_string_value(base), file);
         base = series_read_json(path, json_string_value(base), "base", error);
         if (!base)
             return error->status;
@@ -314,7 +314,7 @@ static enum mr_status read_base(struct sweep *sweep, const char *path, struct er
                          base ? "wrong type" : "key missing", path);
     sweep->base = base;
     sweep->is_study = json_object_get(base, "landings") != NULL;
-    return sweep->is_study ? complete_study(sweep, file, error) : MR_OK;
+    return sweep->is_study ? insert_study_parts(sweep, file, error) : MR_OK;
 }
 
 /* Refuses an unknown key of a scene, because every case would fail. Keys of a study are paths; the
@@ -474,7 +474,7 @@ static enum mr_status read_sampled_axes(struct sweep *sweep, const char *path, c
                          "{\"KEY\": {\"from\": A, \"to\": B}}}",
                          path, part);
     size_t points = (size_t)json_integer_value(n);
-    sweep->index_point_count = indices ? points : 0;
+    sweep->sensitivity_point_count = indices ? points : 0;
     sweep->sample_count = indices ? points * (count + 2) : points;
     if (sweep->grid_case_count > SWEEP_CASES_MAX / sweep->sample_count)
         return error_set(error, MR_MALFORMED, "too many cases: %s: more than %d; split the sweep",
@@ -551,8 +551,8 @@ static enum mr_status read_search(struct sweep *sweep, const char *path, struct 
                              "given twice: %s: \"%s\" is both varied and searched; remove one",
                              path, name);
     }
-    find->beyond_when = when;
-    find->is_below_level = !isnan(below) || is == 0;
+    find->passing_statuses = when;
+    find->is_passed_downward = !isnan(below) || is == 0;
     find->level = is >= 0 ? 0.5 : isnan(above) ? below : above;
     find->part_count = (unsigned)scan;
     find->is_present = true;
@@ -616,7 +616,7 @@ static json_t *get_axis_value(const struct sweep *sweep, size_t axis, size_t ind
     return design_level(&a->range, place % count_design_levels(&a->range));
 }
 
-json_t *sweep_values(const struct sweep *sweep, size_t index)
+json_t *sweep_case_values(const struct sweep *sweep, size_t index)
 {
     json_t *values = json_object();
     for (size_t i = 0; i < sweep->axis_count; i++)
@@ -624,7 +624,7 @@ json_t *sweep_values(const struct sweep *sweep, size_t index)
     return values;
 }
 
-static json_t *multiply(const json_t *factor, double value)
+static json_t *multiply_json(const json_t *factor, double value)
 {
     if (json_is_number(factor))
         return make_design_json(json_number_value(factor) * value);
@@ -644,14 +644,14 @@ static bool apply_value(const struct sweep_axis *axis, json_t *input, json_t *va
     bool done = true;
     json_object_foreach(axis->factors, key, factor)
     {
-        json_t *product = multiply(factor, json_number_value(value));
+        json_t *product = multiply_json(factor, json_number_value(value));
         done &= jsonpath_set(input, key, product);
         json_decref(product);
     }
     return done;
 }
 
-json_t *sweep_input(const struct sweep *sweep, size_t index)
+json_t *sweep_case_input(const struct sweep *sweep, size_t index)
 {
     json_t *input = json_copy(sweep->base);
     bool done = true;
@@ -666,7 +666,7 @@ json_t *sweep_input(const struct sweep *sweep, size_t index)
     return NULL;
 }
 
-json_t *sweep_input_at(const struct sweep *sweep, const json_t *input, double value)
+json_t *sweep_input_with_value(const struct sweep *sweep, const json_t *input, double value)
 {
     json_t *at = json_copy((json_t *)(uintptr_t)input), *number = make_design_json(value);
     bool done = apply_value(&sweep->search.key, at, number);
@@ -687,7 +687,7 @@ const json_t *sweep_outputs(const struct sweep *sweep)
 static uint64_t hash_json(const json_t *root)
 {
     char *text = json_dumps(root, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
-    uint64_t hash = fnv1a(FNV_BASIS, text, strlen(text));
+    uint64_t hash = fnv1a_hash(FNV_BASIS, text, strlen(text));
     free(text);
     return hash;
 }
@@ -698,9 +698,9 @@ static enum mr_status check_first_case(const struct sweep *sweep, const char *pa
     char where[PATH_MAX + 40];
     struct sim_scene scene;
     struct landing_series series;
-    json_t *input = sweep_input(sweep, 0);
+    json_t *input = sweep_case_input(sweep, 0);
     if (input && sweep->search.is_present) {
-        json_t *at = sweep_input_at(sweep, input, sweep->search.key.range.from);
+        json_t *at = sweep_input_with_value(sweep, input, sweep->search.key.range.from);
         json_decref(input);
         input = at;
     }

@@ -33,7 +33,7 @@ bool jsonpath_set(json_t *object, const char *path, json_t *value);
 
 /* FNV-1a hash of `size` bytes (Fowler, Noll, Vo), continued from `hash`; start with FNV_BASIS. */
 #define FNV_BASIS 0xcbf29ce484222325u
-uint64_t fnv1a(uint64_t hash, const void *bytes, size_t size);
+uint64_t fnv1a_hash(uint64_t hash, const void *bytes, size_t size);
 
 /* A range of numbers, or a list of any values. */
 struct design_range {
@@ -83,7 +83,7 @@ struct sweep_search {
     struct sweep_axis key;
     const char *field; /* path of the field in the result */
     /* the field passes its level when it falls below it; false: when it rises above it */
-    bool is_below_level;
+    bool is_passed_downward;
     double level;
     /* Number of equal parts of the range, which are tried in ascending order until the field has
      * passed the level. */
@@ -91,7 +91,7 @@ struct sweep_search {
     /* width at which the bisection ends, relative to the magnitude of the upper end */
     double tolerance;
     /* statuses of a run, such as "folded", that count as passing the level; NULL: none */
-    const json_t *beyond_when;
+    const json_t *passing_statuses;
 };
 
 struct sweep {
@@ -107,7 +107,7 @@ struct sweep {
     size_t sample_count;
     /* Points of the design for sensitivity indices; `sample_count` is then points times (number of
      * sampled keys + 2). 0: no indices. */
-    size_t index_point_count;
+    size_t sensitivity_point_count;
     struct sweep_search search;
     size_t case_count;
     uint64_t hash; /* hash of the sweep file and its base scene */
@@ -120,12 +120,12 @@ enum mr_status sweep_load(struct sweep *sweep, const char *path, struct error *e
 void sweep_free(struct sweep *sweep);
 
 /* Returns the varied values of a case (from 0), in the order of the file, as a new object. */
-json_t *sweep_values(const struct sweep *sweep, size_t index);
+json_t *sweep_case_values(const struct sweep *sweep, size_t index);
 /* Returns the scene or study of a case as a new object. NULL: a value cannot be set at the path in
  * `set`. */
-json_t *sweep_input(const struct sweep *sweep, size_t index);
+json_t *sweep_case_input(const struct sweep *sweep, size_t index);
 /* Returns a copy of `input` in which the searched key has a value. */
-json_t *sweep_input_at(const struct sweep *sweep, const json_t *input, double value);
+json_t *sweep_input_with_value(const struct sweep *sweep, const json_t *input, double value);
 /* Returns the paths of the outputs, as an array of texts. */
 const json_t *sweep_outputs(const struct sweep *sweep);
 

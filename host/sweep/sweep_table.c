@@ -34,7 +34,7 @@ static json_t *simulate_scene(const json_t *input)
     struct progress progress;
     progress_begin(&progress, "sweep",
                    "a smaller tend, fewer mats, a looser rtol or a different solver", false);
-    options.may_continue = sim_progress;
+    options.may_continue = sim_report_progress;
     options.may_continue_ctx = &progress;
     sim_run(&scene, &options, &result, &error);
     progress_end(&progress);
@@ -90,7 +90,7 @@ static json_t *simulate_study(const json_t *input)
     return object;
 }
 
-sweep_simulator *sweep_get_simulation(const struct sweep *sweep)
+sweep_simulator *sweep_get_simulator(const struct sweep *sweep)
 {
     return sweep->is_study ? simulate_study : simulate_scene;
 }
@@ -149,16 +149,17 @@ struct search {
     int run_count;
     json_t *failed_outcome; /* outcome of the failed run that ended the search */
     /* result at the lowest value so far at which the field has passed the level */
-    json_t *first_beyond;
+    json_t *first_passed_result;
     /* field at the lowest value at which it has passed the level, and at the highest value at which
      * it has not */
-    json_t *first_beyond_field, *last_not_beyond_field;
+    json_t *first_passed_field, *last_not_passed_field;
 };
 
-static bool counts_as_beyond(const struct sweep_search *find, const json_t *result)
+static bool is_passing_status(const struct sweep_search *find, const json_t *result)
 {
-    for (size_t i = 0; i < json_array_size(find->beyond_when); i++) {
-        if (json_equal(json_array_get(find->beyond_when, i), json_object_get(result, "status")))
+    for (size_t i = 0; i < json_array_size(find->passing_statuses); i++) {
+        if (json_equal(json_array_get(find->passing_statuses, i),
+                       json_object_get(result, "status")))
             return true;
     }
     return false;
@@ -173,17 +174,17 @@ static void replace_json(json_t **where, json_t *value)
 
 /* Returns true if the field has passed its level at a value of the key. If the run fails, sets
  * s->failed and returns false. */
-static bool is_field_beyond(struct search *s, double value)
+static bool has_field_passed_level(struct search *s, double value)
 {
     const struct sweep_search *find = &s->sweep->search;
-    json_t *input = sweep_input_at(s->sweep, s->input, value);
+    json_t *input = sweep_input_with_value(s->sweep, s->input, value);
     json_t *result = input ? s->simulate(input)
                            : make_failure_json("refused", "%s cannot be set", find->key.name);
     json_t *field = jsonpath_get(result, find->field);
     double number = json_is_boolean(field) ? (json_is_true(field) ? 1.0 : 0.0)
                   : json_is_number(field)  ? json_number_value(field)
                                            : (double)NAN;
-    bool counts = counts_as_beyond(find, result), is = counts;
+    bool counts = is_passing_status(find, result), is = counts;
     s->run_count++;
     if (!counts && !is_result_ok(result)) {
         s->failed_outcome = collect_output_values(s->sweep, result);
@@ -193,13 +194,13 @@ static bool is_field_beyond(struct search *s, double value)
     } else if (!counts && isnan(number)) {
         s->failed_outcome = make_missing_field_json(s->sweep, "number", find->field);
     } else if (!counts) {
-        is = find->is_below_level ? number < find->level : number > find->level;
+        is = find->is_passed_downward ? number < find->level : number > find->level;
     }
     if (!s->failed_outcome && is) {
-        replace_json(&s->first_beyond, result);
-        replace_json(&s->first_beyond_field, counts ? json_object_get(result, "status") : field);
+        replace_json(&s->first_passed_result, result);
+        replace_json(&s->first_passed_field, counts ? json_object_get(result, "status") : field);
     } else if (!s->failed_outcome) {
-        replace_json(&s->last_not_beyond_field, field);
+        replace_json(&s->last_not_passed_field, field);
     }
     json_decref(result);
     json_decref(input);
@@ -222,7 +223,7 @@ static bool search_range(struct search *s, double *low, double *high)
     *low = (double)NAN;
     for (unsigned i = 0; i <= find->part_count && !found && !s->failed_outcome; i++) {
         double value = design_number(range, (double)i / find->part_count);
-        found = is_field_beyond(s, value);
+        found = has_field_passed_level(s, value);
         *(found ? high : low) = value;
     }
     while (found && !s->failed_outcome && !isnan(*low) &&
@@ -230,7 +231,7 @@ static bool search_range(struct search *s, double *low, double *high)
         double middle = range_midpoint(range, *low, *high);
         if (middle <= *low || middle >= *high)
             break;
-        bool is = is_field_beyond(s, middle);
+        bool is = has_field_passed_level(s, middle);
         *(is ? high : low) = middle;
     }
     return found && !s->failed_outcome;
@@ -243,9 +244,9 @@ static json_t *run_search(struct search *s)
     bool found = search_range(s, &low, &high);
     if (s->failed_outcome)
         return s->failed_outcome;
-    json_t *outcome = found ? counts_as_beyond(&s->sweep->search, s->first_beyond)
+    json_t *outcome = found ? is_passing_status(&s->sweep->search, s->first_passed_result)
                                 ? json_pack("{s:s}", "status", "ok")
-                                : collect_output_values(s->sweep, s->first_beyond)
+                                : collect_output_values(s->sweep, s->first_passed_result)
                             : json_pack("{s:s}", "status", "ok");
     json_t *bracket = json_object();
     json_object_set_new(bracket, "key", json_string(s->sweep->search.key.name));
@@ -257,9 +258,9 @@ static json_t *run_search(struct search *s)
                         found && isnan(low) ? json_null() : json_real(found ? low : range->to));
     json_object_set_new(bracket, "high", found ? json_real(high) : json_null());
     json_object_set(bracket, "field_low",
-                    s->last_not_beyond_field ? s->last_not_beyond_field : json_null());
+                    s->last_not_passed_field ? s->last_not_passed_field : json_null());
     json_object_set(bracket, "field_high",
-                    s->first_beyond_field ? s->first_beyond_field : json_null());
+                    s->first_passed_field ? s->first_passed_field : json_null());
     json_object_set_new(bracket, "runs", json_integer(s->run_count));
     json_object_set_new(outcome, "find", bracket);
     return outcome;
@@ -267,16 +268,16 @@ static json_t *run_search(struct search *s)
 
 json_t *sweep_run_case(const struct sweep *sweep, size_t index, sweep_simulator *simulate)
 {
-    json_t *outcome, *input = sweep_input(sweep, index);
+    json_t *outcome, *input = sweep_case_input(sweep, index);
     if (!input)
         return make_failure_json("refused", "%s cannot be created",
                                  sweep->is_study ? "the study" : "the scene");
     if (sweep->search.is_present) {
         struct search s = {.sweep = sweep, .input = input, .simulate = simulate};
         outcome = run_search(&s);
-        json_decref(s.first_beyond);
-        json_decref(s.first_beyond_field);
-        json_decref(s.last_not_beyond_field);
+        json_decref(s.first_passed_result);
+        json_decref(s.first_passed_field);
+        json_decref(s.last_not_passed_field);
     } else {
         json_t *result = simulate(input);
         outcome = collect_output_values(sweep, result);
@@ -298,7 +299,7 @@ json_t *sweep_make_line(const struct sweep *sweep, size_t index, json_t *outcome
     char hash[17];
     write_hash_text(sweep, hash);
     json_t *line = json_pack("{s:I,s:s,s:o}", "case", (json_int_t)index + 1, "sweep", hash,
-                             "values", sweep_values(sweep, index));
+                             "values", sweep_case_values(sweep, index));
     json_object_update(line, outcome);
     json_decref(outcome);
     return line;
@@ -310,8 +311,8 @@ static const char *get_status(const json_t *line)
     return status ? status : "";
 }
 
-static enum mr_status add_line(struct sweep_table *table, const char *path, size_t number,
-                               json_t *line, struct error *error)
+static enum mr_status add_axles(struct sweep_table *table, const char *path, size_t number,
+                                json_t *line, struct error *error)
 {
     char hash[17];
     const char *of = json_string_value(json_object_get(line, "sweep"));
@@ -343,7 +344,7 @@ static enum mr_status read_lines(struct sweep_table *table, const char *path, FI
     size_t size = 0;
     for (size_t number = 1; getline(&text, &size, file) > 0 && error->status == MR_OK; number++) {
         json_t *line = json_loads(text, JSON_REJECT_DUPLICATES, NULL);
-        add_line(table, path, number, line, error);
+        add_axles(table, path, number, line, error);
         json_decref(line);
     }
     free(text);
@@ -378,7 +379,7 @@ void sweep_table_free(struct sweep_table *table)
 /* ---- sensitivity indices ---- */
 
 /* Draws an index with xorshift64 (Marsaglia 2003), which gives the same numbers in every run. */
-static size_t draw_index(uint64_t *state, size_t count)
+static size_t draw_random_index(uint64_t *state, size_t count)
 {
     *state ^= *state << 13;
     *state ^= *state >> 7;
@@ -387,13 +388,13 @@ static size_t draw_index(uint64_t *state, size_t count)
 }
 
 /* Sensitivity indices of one key: first-order and total. */
-struct index_pair {
+struct sensitivity_pair {
     double first, total;
 };
 
 /* Computes the indices from the points `row`; NaN if the values do not vary. */
-static struct index_pair compute_indices(const double *values, size_t points, size_t key,
-                                         const size_t *row, size_t count)
+static struct sensitivity_pair compute_sensitivities(const double *values, size_t points,
+                                                     size_t key, const size_t *row, size_t count)
 {
     const double *a = values, *b = values + points, *ab = values + (2 + key) * points;
     double sum = 0.0, squares = 0.0, first = 0.0, total = 0.0, n = 2.0 * (double)count;
@@ -408,32 +409,32 @@ static struct index_pair compute_indices(const double *values, size_t points, si
         squares += from_a * from_a + from_b * from_b;
     }
     if (!(squares > 0.0))
-        return (struct index_pair){(double)NAN, (double)NAN};
+        return (struct sensitivity_pair){(double)NAN, (double)NAN};
     double twice_variance = 2.0 * squares / n;
-    return (struct index_pair){1.0 - first / (double)count / twice_variance,
-                               total / (double)count / twice_variance};
+    return (struct sensitivity_pair){1.0 - first / (double)count / twice_variance,
+                                     total / (double)count / twice_variance};
 }
 
-static void set_interval(struct sweep_index *index, double *drawn, size_t count)
+static void set_interval(struct sweep_sensitivity *index, double *drawn, size_t count)
 {
     sort_numbers(drawn, count);
     index->low = count ? drawn[(size_t)(0.025 * (double)count)] : (double)NAN;
     index->high = count ? drawn[(size_t)(0.975 * (double)count)] : (double)NAN;
 }
 
-static void estimate_indices(const double *values, size_t points, size_t key, const size_t *row,
-                             size_t count, size_t *picked, double *drawn,
-                             struct sweep_key_indices *result)
+static void estimate_sensitivities(const double *values, size_t points, size_t key,
+                                   const size_t *row, size_t count, size_t *picked, double *drawn,
+                                   struct sweep_key_sensitivities *result)
 {
     uint64_t state = 0x9e3779b97f4a7c15u;
     size_t good = 0;
-    struct index_pair pair = compute_indices(values, points, key, row, count);
+    struct sensitivity_pair pair = compute_sensitivities(values, points, key, row, count);
     result->first.value = pair.first;
     result->total.value = pair.total;
     for (size_t d = 0; d < BOOTSTRAP_DRAWS; d++) {
         for (size_t i = 0; i < count; i++)
-            picked[i] = row[draw_index(&state, count)];
-        pair = compute_indices(values, points, key, picked, count);
+            picked[i] = row[draw_random_index(&state, count)];
+        pair = compute_sensitivities(values, points, key, picked, count);
         if (isnan(pair.first))
             continue;
         drawn[good] = pair.first;
@@ -444,7 +445,7 @@ static void estimate_indices(const double *values, size_t points, size_t key, co
 }
 
 /* Lists the points for which all values exist. Returns their number. */
-static size_t select_complete(const double *values, size_t points, size_t keys, size_t *row)
+static size_t select_complete_points(const double *values, size_t points, size_t keys, size_t *row)
 {
     size_t count = 0;
     for (size_t i = 0; i < points; i++) {
@@ -457,16 +458,16 @@ static size_t select_complete(const double *values, size_t points, size_t keys, 
     return count;
 }
 
-bool sweep_compute_indices(const double *values, size_t points, size_t keys,
-                           struct sweep_key_indices *influence, size_t *used)
+bool sweep_compute_sensitivities(const double *values, size_t points, size_t keys,
+                                 struct sweep_key_sensitivities *influence, size_t *used)
 {
     size_t *row = xcalloc(2 * points + 1, sizeof *row);
     double *drawn = xcalloc(2 * (size_t)BOOTSTRAP_DRAWS, sizeof *drawn);
-    *used = select_complete(values, points, keys, row);
+    *used = select_complete_points(values, points, keys, row);
     bool good = *used >= INDEX_POINTS_MIN &&
-                !isnan(compute_indices(values, points, 0, row, *used).first);
+                !isnan(compute_sensitivities(values, points, 0, row, *used).first);
     for (size_t k = 0; good && k < keys; k++)
-        estimate_indices(values, points, k, row, *used, row + points, drawn, &influence[k]);
+        estimate_sensitivities(values, points, k, row, *used, row + points, drawn, &influence[k]);
     free(row);
     free(drawn);
     return good;
@@ -480,7 +481,7 @@ static const json_t *get_threshold(const json_t *line)
 }
 
 /* Returns a result as a number (true is 1, false is 0; NaN: none). `field` NULL: the threshold. */
-static double get_number(const json_t *line, const char *field)
+static double get_result_number(const json_t *line, const char *field)
 {
     const json_t *value = field ? json_object_get(json_object_get(line, "result"), field)
                                 : get_threshold(line);
@@ -489,8 +490,8 @@ static double get_number(const json_t *line, const char *field)
     return json_is_number(value) ? json_number_value(value) : (double)NAN;
 }
 
-static void add_index(struct answer *answer, const char *name, const char *label,
-                      const struct sweep_index *index)
+static void add_sensitivity(struct answer *answer, const char *name, const char *label,
+                            const struct sweep_sensitivity *index)
 {
     char words[80];
     snprintf(words, sizeof words, "%.2f (%.2f to %.2f)", index->value, index->low, index->high);
@@ -501,7 +502,7 @@ static void add_index(struct answer *answer, const char *name, const char *label
 /* Returns the values of the stepped keys in one combination. */
 static json_t *make_combination_json(const struct sweep *sweep, size_t place)
 {
-    json_t *values = sweep_values(sweep, place * sweep->sample_count);
+    json_t *values = sweep_case_values(sweep, place * sweep->sample_count);
     for (size_t i = 0; i < sweep->axis_count; i++) {
         if (sweep->axis[i].sample_fractions)
             json_object_del(values, sweep->axis[i].name);
@@ -511,17 +512,18 @@ static json_t *make_combination_json(const struct sweep *sweep, size_t place)
 
 /* Adds the indices of one field for one combination of the stepped keys, one row per sampled
  * key. */
-static void add_indices(struct answer *answer, const struct sweep_table *table, const char *field,
-                        size_t place)
+static void add_sensitivities(struct answer *answer, const struct sweep_table *table,
+                              const char *field, size_t place)
 {
     const struct sweep *sweep = table->sweep;
     size_t first = place * sweep->sample_count,
-           keys = sweep->sample_count / sweep->index_point_count - 2, used, key = 0;
+           keys = sweep->sample_count / sweep->sensitivity_point_count - 2, used, key = 0;
     double *values = xcalloc(sweep->sample_count, sizeof *values);
-    struct sweep_key_indices *influence = xcalloc(keys, sizeof *influence);
+    struct sweep_key_sensitivities *influence = xcalloc(keys, sizeof *influence);
     for (size_t i = 0; i < sweep->sample_count; i++)
-        values[i] = get_number(table->line[first + i], field);
-    bool known = sweep_compute_indices(values, sweep->index_point_count, keys, influence, &used);
+        values[i] = get_result_number(table->line[first + i], field);
+    bool known = sweep_compute_sensitivities(values, sweep->sensitivity_point_count, keys,
+                                             influence, &used);
     json_t *at = make_combination_json(sweep, place);
     char *where = json_dumps(at, JSON_COMPACT | JSON_REAL_PRECISION(6));
     for (size_t i = 0; known && i < sweep->axis_count; i++) {
@@ -533,8 +535,8 @@ static void add_indices(struct answer *answer, const struct sweep_table *table, 
         if (sweep->grid_case_count > 1)
             answer_add_text(answer, NULL, "at", "%s", where);
         answer_add_text(answer, "key", "key", "%s", sweep->axis[i].name);
-        add_index(answer, "first", "first order (95 %)", &influence[key].first);
-        add_index(answer, "total", "total (95 %)", &influence[key].total);
+        add_sensitivity(answer, "first", "first order (95 %)", &influence[key].first);
+        add_sensitivity(answer, "total", "total (95 %)", &influence[key].total);
         answer_add_count(answer, "points", "points", (int64_t)used);
         key++;
     }
@@ -544,7 +546,7 @@ static void add_indices(struct answer *answer, const struct sweep_table *table, 
     free(values);
 }
 
-static void add_all_indices(struct answer *answer, const struct sweep_table *table)
+static void add_all_sensitivities(struct answer *answer, const struct sweep_table *table)
 {
     const json_t *outputs = sweep_outputs(table->sweep);
     answer_open_table(answer, "indices",
@@ -552,9 +554,9 @@ static void add_all_indices(struct answer *answer, const struct sweep_table *tab
                       "order) and together with other keys (total)");
     for (size_t place = 0; place < table->sweep->grid_case_count; place++) {
         if (table->sweep->search.is_present)
-            add_indices(answer, table, NULL, place);
+            add_sensitivities(answer, table, NULL, place);
         for (size_t i = 0; i < json_array_size(outputs); i++)
-            add_indices(answer, table, json_string_value(json_array_get(outputs, i)), place);
+            add_sensitivities(answer, table, json_string_value(json_array_get(outputs, i)), place);
     }
     answer_close_group(answer);
 }
@@ -649,8 +651,8 @@ struct answer *sweep_table_to_answer(const struct sweep_table *table, bool rows)
     answer_add_count(answer, "repeated", table->repeated_count ? "repeated" : NULL,
                      (int64_t)table->repeated_count);
     add_failures(answer, table);
-    if (table->sweep->index_point_count)
-        add_all_indices(answer, table);
+    if (table->sweep->sensitivity_point_count)
+        add_all_sensitivities(answer, table);
     answer_open_table(answer, NULL, "all cases");
     for (size_t i = 0; i < table->sweep->case_count; i++) {
         if (!table->line[i])
@@ -668,13 +670,13 @@ struct answer *sweep_table_to_answer(const struct sweep_table *table, bool rows)
 
 struct csv_writer {
     FILE *out;
-    bool writes_heads, has_cells;
+    bool is_writing_header, has_cells;
 };
 
 static void write_csv_cell(void *ctx, const char *head, const json_t *value)
 {
     struct csv_writer *csv = ctx;
-    char *text = csv->writes_heads ? xstrdup(head) : make_cell_text(value);
+    char *text = csv->is_writing_header ? xstrdup(head) : make_cell_text(value);
     fputs(csv->has_cells ? "," : "", csv->out);
     csv_write_cell(csv->out, text);
     csv->has_cells = true;
@@ -684,7 +686,7 @@ static void write_csv_cell(void *ctx, const char *head, const json_t *value)
 void sweep_table_write_csv(const struct sweep_table *table, FILE *out)
 {
     for_each_cell(table->sweep, NULL, write_csv_cell,
-                  &(struct csv_writer){.out = out, .writes_heads = true});
+                  &(struct csv_writer){.out = out, .is_writing_header = true});
     fputc('\n', out);
     for (size_t i = 0; i < table->sweep->case_count; i++) {
         if (!table->line[i])

@@ -17,7 +17,7 @@
 typedef json_t *sweep_simulator(const json_t *input);
 
 /* Returns the function that simulates the sweep's base: a scene or a study. */
-sweep_simulator *sweep_get_simulation(const struct sweep *sweep);
+sweep_simulator *sweep_get_simulator(const struct sweep *sweep);
 
 /* Runs a case in this process. Returns a new object: "status", "reason" unless the status is "ok",
  * "result" with the wanted outputs, and for a search "find" (README.md). */
@@ -51,19 +51,19 @@ void sweep_table_write_csv(const struct sweep_table *table, FILE *out);
  * from B, V is the variance over A and B. T - S is the effect of the key in combination with other
  * keys. Intervals: 95 % by bootstrap over points. An estimate may be slightly below 0 or above
  * 1. */
-struct sweep_index {
+struct sweep_sensitivity {
     double value, low, high;
 };
 
-struct sweep_key_indices {
-    struct sweep_index first, total;
+struct sweep_key_sensitivities {
+    struct sweep_sensitivity first, total;
 };
 
 /* `values` has one block of values per sample, in the order of design_fill_radial (A, B, AB1, ...);
  * NaN: no value. A point with a missing value is not used. Writes `keys` results to `influence`,
  * and the number of used points to *used. Returns false if there are fewer than 8 points, or no
  * variance. */
-bool sweep_compute_indices(const double *values, size_t points, size_t keys,
-                           struct sweep_key_indices *influence, size_t *used);
+bool sweep_compute_sensitivities(const double *values, size_t points, size_t keys,
+                                 struct sweep_key_sensitivities *influence, size_t *used);
 
 #endif

@@ -71,9 +71,9 @@ int main(int argc, char **argv)
                 if (getenv("FIT_ROWS"))
                     printf("%zu %s true %.3f est %.3f [%.3f, %.3f] bias %.3f sd %.3f rounds %u "
                            "share %.3f\n",
-                           n, fit_names[k].key, z[k], answer.z[k], answer.low[k], answer.high[k],
-                           answer.bias[k], sqrt(answer.covariance[k][k]), answer.round_count,
-                           misfit.p_value);
+                           n, fit_parameter_names[k].key, z[k], answer.z[k], answer.low[k],
+                           answer.high[k], answer.bias[k], sqrt(answer.covariance[k][k]),
+                           answer.round_count, misfit.p_value);
             }
         } else {
             printf("case %zu: %s\n", n, error.text);
@@ -90,6 +90,6 @@ int main(int argc, char **argv)
            "prior's standard deviations:\n",
            fitted, cases, simulated / fitted);
     for (int k = 0; k < FIT_KEYS; k++)
-        print_tally(fit_names[k].key, &tally[k], fitted);
+        print_tally(fit_parameter_names[k].key, &tally[k], fitted);
     return 0;
 }

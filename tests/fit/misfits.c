@@ -100,7 +100,7 @@ static void count(const struct fit_landings *list, const struct fit_result *answ
                   const struct misfit *misfit, struct tally *tally)
 {
     enum fit_key key[FIT_KEYS];
-    size_t fitted = fit_landings_fitted(list, key);
+    size_t fitted = fit_landings_list_keys(list, key);
     tally->cases++;
     tally->unchecked += !misfit->is_checked;
     tally->cannot += misfit->is_rejected;

@@ -10,8 +10,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         .run = 1, .channel_count = 1, .channel = {{.number = 1, .is_compared = true}}};
     struct error error = {0};
     if (compare_limits_load(&limits, fuzz_file("limits.json", data, size), &error) == MR_OK) {
-        compare_judge(&figures, &limits, &verdict);
-        FUZZ_REQUIRE(!verdict.failed_limits == !verdict.worst_text[0]);
+        compare_check(&figures, &limits, &verdict);
+        FUZZ_REQUIRE(!verdict.failed_limits == !verdict.worst_failure[0]);
     } else {
         FUZZ_REQUIRE(error.text[0]);
     }

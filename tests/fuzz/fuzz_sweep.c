@@ -26,8 +26,8 @@ static enum mr_status read_sweep(const uint8_t *data, size_t size, struct error 
     if (status != MR_OK)
         return status;
     FUZZ_REQUIRE(sweep.case_count > 0);
-    json_decref(sweep_values(&sweep, sweep.case_count - 1));
-    json_decref(sweep_input(&sweep, sweep.case_count - 1));
+    json_decref(sweep_case_values(&sweep, sweep.case_count - 1));
+    json_decref(sweep_case_input(&sweep, sweep.case_count - 1));
     sweep_free(&sweep);
     return MR_OK;
 }

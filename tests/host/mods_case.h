@@ -41,7 +41,7 @@ static inline void rivet(struct sim_scene *scene, int every, int first, int last
 
 static inline void tension(struct sim_scene *scene, const double *values, size_t count)
 {
-    sim_scene_set_list(&scene->mods.band[0].t0_lb, values, count);
+    sim_scene_set_list(&scene->mods.band[0].initial_tension_lb, values, count);
 }
 
 static inline struct sim_scene runway(void)
@@ -84,13 +84,13 @@ static inline void add_all(struct sim_scene *scene)
                                              .grip_lb = 25.0,
                                              .rivet_pull_lb = (double)INFINITY,
                                              .hole_wear_ft = (double)INFINITY};
-    sim_scene_set_list(&scene->mods.band[1].t0_lb, &t0, 1);
+    sim_scene_set_list(&scene->mods.band[1].initial_tension_lb, &t0, 1);
     scene->mods.cleat_every = 7;
     scene->mods.cleat_hold_lb = 2.0;
     scene->mods.cleat_travel_ft = 0.02;
-    scene->mods.stiff_span_mats = 6;
-    scene->mods.stiff_k_lb_ft = 2e4;
-    scene->mods.stiff_grip_lb = 8.0;
+    scene->mods.stiffener_span_mats = 6;
+    scene->mods.stiffener_k_lb_ft = 2e4;
+    scene->mods.stiffener_grip_lb = 8.0;
     scene->mods.tear_lb = 60.0;
 }
 

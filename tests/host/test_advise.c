@@ -136,11 +136,11 @@ TEST(the_taper_is_gaspari_and_cohns)
 TEST(spread_is_given_back)
 {
     double x[6] = {9.0, 1.0, 9.0, 2.0, 9.0, 3.0}, mean, deviation;
-    smoother_widen_spread(x, 3, 2, 1, 5.0, 0.5, 0.0); /* half of what 5 lost to 1 */
+    smoother_restore_spread(x, 3, 2, 1, 5.0, 0.5, 0.0); /* half of what 5 lost to 1 */
     smoother_moments(x, 3, 2, 1, &mean, &deviation);
     assert_near(mean, 2.0, 1e-14);
     assert_near(deviation, 3.0, 1e-14);
-    smoother_widen_spread(x, 3, 2, 1, 3.0, 0.5, 4.0); /* and no less than this */
+    smoother_restore_spread(x, 3, 2, 1, 3.0, 0.5, 4.0); /* and no less than this */
     smoother_moments(x, 3, 2, 1, &mean, &deviation);
     assert_near(deviation, 4.0, 1e-14);
     assert_near(x[0], 9.0, 1e-15);
@@ -291,7 +291,7 @@ TEST(a_share_is_what_chains_alone_count)
     print_message("%u of %u members come to a zone\n", events, COUNT);
     assert_true(events > 5 && events < COUNT - 5);
     assert_near(row.zone_share, (double)events / COUNT, 1e-12);
-    assert_near(row.zone_by_part[2].probability,
+    assert_near(row.zone_probability_by_part[2].probability,
                 advise_calibrate_share((double)by_half / COUNT, members.is_surveyed), 1e-12);
     advise_members_free(&members);
 }
@@ -355,7 +355,7 @@ TEST(a_repair_resets_its_joints)
             members.member[m].gap_ft[j] = -1.0f;
             members.member[m].grit_ratio[j] = 9.0f;
         }
-    advise_resample_joints(&members, 10, 19);
+    advise_redraw_joints(&members, 10, 19);
     for (size_t m = 0; m < COUNT; m++)
         for (unsigned j = 0; j <= MATS; j++) {
             double is = (double)members.member[m].gap_ft[j],
@@ -510,9 +510,9 @@ TEST(the_reach_and_its_interval)
     assert_near(reach.low, 12.5, 1e-12);
     assert_near(reach.high, 17.5, 1e-12);
     assert_false(reach.is_unbounded);
-    assert_int_equal(advise_find_coarse_gap(x, row, 3, 0.2, 5.0), 0);
-    assert_int_equal(advise_find_coarse_gap(x, row, 3, 0.32, 5.0), 1);
-    assert_int_equal(advise_find_coarse_gap(x, row, 3, 0.2, 10.0), 3);
+    assert_int_equal(advise_find_wide_row_step(x, row, 3, 0.2, 5.0), 0);
+    assert_int_equal(advise_find_wide_row_step(x, row, 3, 0.32, 5.0), 1);
+    assert_int_equal(advise_find_wide_row_step(x, row, 3, 0.2, 10.0), 3);
     reach = advise_find_limit_crossing(x, row, 3, 0.62); /* the upper end alone is beyond */
     assert_true(reach.is_unbounded && isnan(reach.high));
     assert_near(reach.value, 30.0, 1e-12);

@@ -46,7 +46,7 @@ static int fresh(void **state)
                               .certificate_coverage_factor = 2.0,
                               .station_error_ft = 0.001,
                               .slope_max_in_ft = 0.105,
-                              .half_range_k = 10.0};
+                              .temperature_half_range_k = 10.0};
     return 0;
 }
 
@@ -145,7 +145,7 @@ TEST_IN(the_factor_is_of_both_distributions, fresh, NULL)
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
         of.certificate_expanded_uncertainty = sqrt(1.0 - known[i][0]);
         of.certificate_coverage_factor = 1.0;
-        of.half_range_k = sqrt(3.0 * known[i][0]) / 724.9e-6;
+        of.temperature_half_range_k = sqrt(3.0 * known[i][0]) / 724.9e-6;
         budget_compute(&of, &b);
         assert_near(b.combined_uncertainty, 1.0, 1e-6);
         assert_near(b.coverage_factor, known[i][1], 2e-3);

@@ -131,7 +131,7 @@ TEST(a_mistake_is_named)
         const struct mr_channel_config c = {.kind = mistake[i].kind,
                                             .unit_per_code = (float)mistake[i].gain};
         char text[80];
-        jump_mistake_hint(&c, text, sizeof text);
+        jump_write_mistake_hint(&c, text, sizeof text);
         if (mistake[i].text[0] ? !strstr(text, mistake[i].text) : text[0] != '\0')
             fail_msg("%g: %s", mistake[i].gain, text);
     }

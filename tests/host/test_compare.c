@@ -445,7 +445,7 @@ static struct compare_verdict verdict_of(const char *text, const struct compare_
     struct compare_verdict verdict = {0};
     struct compare_limits limits = limits_of(text, &error);
     assert_no_error(&error);
-    compare_judge(figures, &limits, &verdict);
+    compare_check(figures, &limits, &verdict);
     compare_limits_free(&limits);
     return verdict;
 }
@@ -460,7 +460,7 @@ TEST(limits_decide)
     v = verdict_of("{\"channels.*.rms_in\": 0.03}", &f);
     assert_true(v.failed_limits == 1);
     assert_string_equal(
-        v.worst_text,
+        v.worst_failure,
         "channels.2.rms_in of RUN 7 is 0.0400; the limit 0.0300 is exceeded by 0.0100");
     /* 0.05 in */
     v = verdict_of("{\"channels.*.rms_in\": 0.03, \"channels.2.rms_in\": \"1.27 mm\"}", &f);
@@ -471,29 +471,29 @@ TEST(limits_decide)
     assert_true(v.failed_limits == 2);
     /* what is not known does not pass */
     v = verdict_of("{\"channels.*.chi\": 0.1}", &f);
-    assert_true(v.failed_limits == 2 && strstr(v.worst_text, "chi of RUN 7 is not known"));
+    assert_true(v.failed_limits == 2 && strstr(v.worst_failure, "chi of RUN 7 is not known"));
     v = verdict_of("{\"channels.5.rms_in\": 1}", &f);
     assert_true(v.failed_limits == 1 &&
-                strstr(v.worst_text, "channels.5.rms_in is not in the result of RUN 7"));
+                strstr(v.worst_failure, "channels.5.rms_in is not in the result of RUN 7"));
     v = verdict_of("{\"channels.*.rsm_in\": 1}", &f);
     assert_true(v.failed_limits == 1 &&
-                strstr(v.worst_text, "channels.*.rsm_in is not in the result"));
+                strstr(v.worst_failure, "channels.*.rsm_in is not in the result"));
     /* ends that are not there are the overlap's */
     v = verdict_of("{\"zones.*.overlap_simulated.share\": 0.5, "
                    "\"zones.*.overlap_simulated.start_difference_ft\": 3}",
                    &f);
     assert_true(v.failed_limits == 1 && v.checked_limits == 1);
-    assert_string_equal(v.worst_text,
+    assert_string_equal(v.worst_failure,
                         "zones.1.overlap_simulated.share of RUN 7 is 0.4000; the limit "
                         "0.5000 is missed by 0.1000");
     v = verdict_of("{\"zones.*.overlap_board.share\": 0.5}", &f);
-    assert_true(v.failed_limits == 1 && strstr(v.worst_text, "not known"));
+    assert_true(v.failed_limits == 1 && strstr(v.worst_failure, "not known"));
     f.channel[0].is_compared = false;
     snprintf(f.channel[0].reason_or_remark, sizeof f.channel[0].reason_or_remark, "open");
     v = verdict_of("{\"channels.*.rms_in\": 1}", &f);
     assert_true(v.failed_limits == 1);
     assert_string_equal(
-        v.worst_text,
+        v.worst_failure,
         "missing_channels of RUN 7 is 1.0000; the limit 0.0000 is exceeded by 1.0000");
     v = verdict_of("{\"channels.*.rms_in\": 1, \"missing_channels\": 1}", &f);
     assert_true(v.failed_limits == 0);

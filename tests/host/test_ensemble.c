@@ -70,7 +70,7 @@ static void start(const struct members *m, struct mr_chain *one[CHAINS_LANES],
         one[k] = malloc(sizeof *one[k]);
         assert_int_equal(mr_chain_start(one[k], &m->params[k], 1, gap_ft[k], grit_lb[k]), MR_OK);
     }
-    *eight = chains_new(m->params, gap_ft, grit_lb, &status);
+    *eight = chains_make(m->params, gap_ft, grit_lb, &status);
     assert_int_equal(status, MR_OK);
 }
 
@@ -111,7 +111,7 @@ TEST(eight_are_as_each_alone)
                 continue;
             for (unsigned k = 0; k < CHAINS_LANES; k++)
                 assert_true(mr_chain_end_block(one[k]));
-            assert_int_equal(chains_settle(eight), 0);
+            assert_int_equal(chains_end_block(eight), 0);
             if (step % 997u == 0 || step % (100u * STEPS) == STEPS - 1u)
                 agree(one, eight);
         }
@@ -137,7 +137,7 @@ TEST(what_runs_away_is_named)
     thrust_lb[3] = 1e6f;
     for (unsigned step = 0; step < 60; step++)
         chains_step(eight, mat, thrust_lb);
-    assert_int_equal(chains_settle(eight), 1u << 3);
+    assert_int_equal(chains_end_block(eight), 1u << 3);
     for (unsigned k = 0; k < CHAINS_LANES; k++)
         free(one[k]);
     chains_free(eight);
@@ -154,6 +154,6 @@ TEST(nonsense_is_refused)
         grit_lb[k] = m.grit_lb[k];
     }
     m.params[6].kl_lb_ft = 2.9e8f;
-    assert_null(chains_new(m.params, gap_ft, grit_lb, &status));
+    assert_null(chains_make(m.params, gap_ft, grit_lb, &status));
     assert_int_equal(status, MR_NUMERICS);
 }

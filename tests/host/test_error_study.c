@@ -114,7 +114,7 @@ TEST(references_agree_and_errors_fall)
             over = over || r->is_unstable;
             assert_int_equal(r->is_unstable, r->dt_s > study.dt_limit_s);
             if (r->is_unstable)
-                assert_true(isnan(error_study_attributed_ft(&study, i)));
+                assert_true(isnan(error_study_smoothed_error_ft(&study, i)));
         }
     }
     assert_true(over);
@@ -242,8 +242,8 @@ TEST(slopes_and_cheapest_of_a_known_study)
 
     /* errors 3e-3, 1.06e-3, 3.75e-4, 1.33e-4 ...; a luck at step 1 must not count */
     study.runs[1].lift_ft = 1e-6;
-    assert_near(error_study_attributed_ft(&study, 1), 3e-3, 1e-9);
-    assert_true(isnan(error_study_attributed_ft(&study, 0)));
+    assert_near(error_study_smoothed_error_ft(&study, 1), 3e-3, 1e-9);
+    assert_true(isnan(error_study_smoothed_error_ft(&study, 0)));
     assert_ptr_equal(error_study_find_cheapest(&study, NULL, 1e-3), &study.runs[2]);
     study.runs[1].lift_ft = study.runs[1].u_ft;
     /* 2 has a neighbour above it */
@@ -256,8 +256,8 @@ TEST(slopes_and_cheapest_of_a_known_study)
     /* a failed run has no error and does not count */
     study.disagreement_lift_ft = 1e-9;
     study.runs[2].status = SIM_UNSTABLE;
-    assert_true(isnan(error_study_attributed_ft(&study, 2)));
-    assert_true(isnan(error_study_attributed_ft(&study, 3)));
+    assert_true(isnan(error_study_smoothed_error_ft(&study, 2)));
+    assert_true(isnan(error_study_smoothed_error_ft(&study, 3)));
     error_study_fit_slopes(&study);
     assert_int_equal(slope_of("rk4", true)->point_count, 7);
 }

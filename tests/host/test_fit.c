@@ -285,7 +285,7 @@ TEST(known_parameters_are_found)
         fit_cheap(truth[n], 31 + n, 31, 1.0, &list, &answer);
         for (int k = 0; k < FIT_KEYS; k++) {
             double error_z = sqrt(answer.covariance[k][k]);
-            near_to(answer.z[k], truth[n][k], 2.6 * error_z, fit_names[k].key);
+            near_to(answer.z[k], truth[n][k], 2.6 * error_z, fit_parameter_names[k].key);
             assert_true(error_z < 1.25);
         }
         /* most of what is known of these two comes from the landing */
@@ -681,12 +681,12 @@ TEST(as_host_sim)
     struct error error = {0};
     double z[FIT_KEYS], squares = 0.0, offset = 0.0, worst = 0.0;
     assert_true(runway_campaign(&wanted, 7, z, &list, &error));
-    assert_true(parallel_can_run(&list.landing[0].scene));
+    assert_true(parallel_is_supported(&list.landing[0].scene));
     size_t p = list.statistics;
     double *beside = simulated(&list);
     for (size_t l = 0; l < list.count; l++)
         list.landing[l].scene.wheel_load_lb = 1e-9; /* the chains have none */
-    assert_false(parallel_can_run(&list.landing[0].scene));
+    assert_false(parallel_is_supported(&list.landing[0].scene));
     double *alone = simulated(&list);
     for (size_t s = 0; s < p; s++) {
         double mean = 0.0, spread = 0.0, difference = 0.0, square = 0.0;

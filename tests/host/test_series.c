@@ -139,7 +139,7 @@ TEST(test_gaps_carry_over)
     double gap[121], closing = 2.0;
     series_simulate(&series, 1, &run);
     assert_int_equal(run.error.status, MR_OK);
-    assert_int_equal(run.simulated_landings, 2);
+    assert_int_equal(run.simulated_landing_count, 2);
     assert_int_equal(draw_landing_path(&series, &series.landings[0], 1, 0, &path, &error), MR_OK);
     for (int j = 0; j <= 120; j++)
         gap[j] = 0.02 / 12.0;
@@ -187,7 +187,8 @@ static void compare(const struct landing_series *series, struct series_run *a, s
 {
     for (size_t i = 0; i < series->seed_count; i++) {
         assert_int_equal(a[i].buckled_landing, b[i].buckled_landing);
-        for (size_t k = 0; k < a[i].simulated_landings && a[i].outcomes[k].wave_count == 0; k++) {
+        for (size_t k = 0; k < a[i].simulated_landing_count && a[i].outcomes[k].wave_count == 0;
+             k++) {
             if (a[i].buckled_landing == (int)k + 1 || b[i].outcomes[k].wave_count > 0)
                 break;
             assert_memory_equal(a[i].outcomes[k].movement_in, b[i].outcomes[k].movement_in,
@@ -253,7 +254,7 @@ TEST(test_errors_of_peaks)
         outcomes[i].compression_lb = 10.0 + 2.0 * i;
         other[i].compression_lb = again_lb[i];
         runs[i] = (struct series_run){
-            .simulated_landings = 1, .outcomes = &outcomes[i], .check_outcomes = &other[i]};
+            .simulated_landing_count = 1, .outcomes = &outcomes[i], .check_outcomes = &other[i]};
         runs[i].check_landing_count = again_lb[i] > 0.0;
     }
     series_compute_errors(&series, runs);
@@ -266,7 +267,7 @@ TEST(test_errors_of_peaks)
     series_summary_free(&summary);
     /* the other engine's runways, the pair of 3 lb among them, are no pairs, but borrow: a pair of
      * 4 lb at a mean of 16 lb is a quarter of it */
-    outcomes[1].is_from_planar = outcomes[2].is_from_planar = true;
+    outcomes[1].is_planar = outcomes[2].is_planar = true;
     series_compute_errors(&series, runs);
     assert_near(outcomes[1].compression_error_lb, 21.765, 1e-2);
     assert_near(outcomes[4].compression_error_lb, 28.009, 1e-2);
@@ -418,12 +419,12 @@ TEST(test_the_standard_series_moves_as_observed)
                      MR_OK);
     series.engine = SERIES_ENGINE_CHAIN;
     series_simulate(&series, 1, &run);
-    assert_int_equal(run.simulated_landings, 5);
+    assert_int_equal(run.simulated_landing_count, 5);
     for (int i = 0; i < 4; i++)
         assert_true(run.outcomes[i].peak_movement_in > 0.25 &&
                     run.outcomes[i].peak_movement_in < 0.6 &&
-                    run.outcomes[i].reach_beyond_stop_ft > 9.0 &&
-                    run.outcomes[i].reach_beyond_stop_ft < 18.0);
+                    run.outcomes[i].moved_length_beyond_stop_ft > 9.0 &&
+                    run.outcomes[i].moved_length_beyond_stop_ft < 18.0);
     assert_true(run.outcomes[4].zone_mats > 50);
     series_run_free(&run);
     series_free(&series);
@@ -440,11 +441,11 @@ TEST(test_a_wave_that_is_ridden_is_met_once)
     series_simulate(&series, 2, &run);
     assert_int_equal(run.buckled_landing, 5);
     const struct series_outcome *o = &run.outcomes[4];
-    assert_int_equal(o->overrun_count, 1);
+    assert_int_equal(o->wave_encounter_count, 1);
     assert_int_equal(o->failure_count, 1);
-    assert_true(o->failure_station_ft[0] == o->overrun_station_ft[0] &&
-                run.buckle_station_ft == o->overrun_station_ft[0]);
-    assert_true(o->stop_ft - o->overrun_station_ft[0] > 5.0); /* that it is carried for */
+    assert_true(o->failure_station_ft[0] == o->wave_encounter_station_ft[0] &&
+                run.buckle_station_ft == o->wave_encounter_station_ft[0]);
+    assert_true(o->stop_ft - o->wave_encounter_station_ft[0] > 5.0); /* that it is carried for */
     series_run_free(&run);
     series_free(&series);
 }
@@ -473,7 +474,7 @@ TEST(test_ground_is_chosen)
     error = (struct error){0};
     assert_int_equal(series_from_json(&series, "test", root, &error), MR_OK);
     assert_true(series.landings[0].scene.weight_lb == 2.0);
-    series_ground_text(&series, ground, sizeof ground);
+    series_describe_ground(&series, ground, sizeof ground);
     assert_string_equal(ground, "elastic under a gear with weight: 5000 lb/ft per mat and axle, "
                                 "100 lb per axle, 1 axles in 1 line");
     series_free(&series);
@@ -550,7 +551,7 @@ TEST(test_every_series_can_be_read)
             if (series_load_on_ground(&series, files.gl_pathv[i], elastic ? "elastic" : NULL,
                                       &error) != MR_OK)
                 fail_msg("%s", error.text);
-            series_ground_text(&series, ground, sizeof ground);
+            series_describe_ground(&series, ground, sizeof ground);
             assert_non_null(strstr(ground, elastic ? "elastic under a gear" : "weightless gear"));
             assert_true(series.seed_count >= 16 && series.observed[0] != 0);
             assert_true(series.basis[0] != 0);
@@ -655,8 +656,8 @@ static void write_down(struct case_ *c)
         c->lasting[i].movement_in[1] = -2.0 * movement_in[i];
         c->lasting[i].zone_mats = 10 * (i + 1);
         c->lasting[i].wave_count = i == 1 ? 3 : 0;
-        c->lasting[i].slack_band_segments = i > 1;
-        c->lasting[i].torn_joints = i == 3 ? 7 : 0;
+        c->lasting[i].slack_band_segment_count = i > 1;
+        c->lasting[i].torn_joint_count = i == 3 ? 7 : 0;
         c->buckling[i] = c->lasting[i];
     }
     c->buckling[2].is_buckled = true;
@@ -664,9 +665,10 @@ static void write_down(struct case_ *c)
     c->buckling[2].failure_count = 2;
     c->buckling[2].failure_station_ft[0] = 85.0;
     c->buckling[2].failure_station_ft[1] = 91.0;
-    c->runs[0] = (struct series_run){.seed = 1, .simulated_landings = 4, .outcomes = c->lasting};
+    c->runs[0] =
+        (struct series_run){.seed = 1, .simulated_landing_count = 4, .outcomes = c->lasting};
     c->runs[1] = (struct series_run){
-        .seed = 2, .simulated_landings = 3, .buckled_landing = 3, .outcomes = c->buckling};
+        .seed = 2, .simulated_landing_count = 3, .buckled_landing = 3, .outcomes = c->buckling};
 }
 
 /* The value of a fact on both runways. */
@@ -800,10 +802,10 @@ static double gap_ft[JOINTS], u_ft[JOINTS], closing_lb[JOINTS];
 
 static void press(const double *gaps)
 {
-    struct flat_runway runway = {JOINTS, gap_ft, u_ft, closing_lb, RUB, KL};
+    struct runway_flattening runway = {JOINTS, gap_ft, u_ft, closing_lb, RUB, KL};
     memcpy(gap_ft, gaps, sizeof gap_ft);
     memset(u_ft, 0, sizeof u_ft);
-    flat_runway_press_waves(&runway);
+    flatten_waves(&runway);
 }
 
 static void near(double value, double expected)

@@ -63,20 +63,20 @@ static double apart_in(const struct landing_series *a, const struct landing_seri
     series_simulate(b, 1, &y);
     assert_int_equal(x.error.status, MR_OK);
     assert_int_equal(y.error.status, MR_OK);
-    *same_fate = x.simulated_landings == y.simulated_landings &&
+    *same_fate = x.simulated_landing_count == y.simulated_landing_count &&
                  x.buckled_landing == y.buckled_landing &&
                  x.buckle_station_ft == y.buckle_station_ft / n;
-    for (size_t i = 0; i < x.simulated_landings && i < y.simulated_landings; i++) {
+    for (size_t i = 0; i < x.simulated_landing_count && i < y.simulated_landing_count; i++) {
         const struct series_outcome *p = &x.outcomes[i], *q = &y.outcomes[i];
         for (size_t k = 0; k < a->station_count; k++)
             worst_in = fmax(worst_in, fabs(p->total_movement_in[k] - q->total_movement_in[k] / n));
         *same_fate = *same_fate && p->zone_mats == q->zone_mats && p->wave_count == q->wave_count &&
-                     p->torn_joints == q->torn_joints &&
-                     p->reach_beyond_stop_ft == q->reach_beyond_stop_ft / n &&
+                     p->torn_joint_count == q->torn_joint_count &&
+                     p->moved_length_beyond_stop_ft == q->moved_length_beyond_stop_ft / n &&
                      p->compression_lb == q->compression_lb / (n * n * n);
     }
-    assert_true(x.simulated_landings > 0 &&
-                x.outcomes[x.simulated_landings - 1].peak_movement_in > 0.003);
+    assert_true(x.simulated_landing_count > 0 &&
+                x.outcomes[x.simulated_landing_count - 1].peak_movement_in > 0.003);
     series_run_free(&x);
     series_run_free(&y);
     return worst_in;

@@ -186,10 +186,10 @@ TEST(holes_are_left_out)
 
 TEST(normalised_errors)
 {
-    assert_near(signal_normalized_error(1.0, 0.03, 0.9, 0.04), 1.0, 1e-12); /* 0.1 / (2 x 0.05) */
-    assert_near(signal_normalized_error(0.9, 0.03, 1.0, 0.04), 1.0, 1e-12);
-    assert_near(signal_normalized_error(1.0, 0.0, 1.0, 0.0), 0.0, 0.0);
-    assert_true(isinf(signal_normalized_error(1.0, 0.0, 2.0, 0.0)));
-    assert_true(isnan(signal_normalized_error((double)NAN, 0.1, 2.0, 0.1)) &&
-                isnan(signal_normalized_error(1.0, 0.1, 2.0, (double)NAN)));
+    assert_near(signal_compute_en_score(1.0, 0.03, 0.9, 0.04), 1.0, 1e-12); /* 0.1 / (2 x 0.05) */
+    assert_near(signal_compute_en_score(0.9, 0.03, 1.0, 0.04), 1.0, 1e-12);
+    assert_near(signal_compute_en_score(1.0, 0.0, 1.0, 0.0), 0.0, 0.0);
+    assert_true(isinf(signal_compute_en_score(1.0, 0.0, 2.0, 0.0)));
+    assert_true(isnan(signal_compute_en_score((double)NAN, 0.1, 2.0, 0.1)) &&
+                isnan(signal_compute_en_score(1.0, 0.1, 2.0, (double)NAN)));
 }

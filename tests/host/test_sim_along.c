@@ -29,15 +29,15 @@ TEST(values_are_lists_or_ranges)
                                     "\"v0\": [0, [2, 2, -1]]}");
     const double kv[] = {1e4, 5e3, 1, 1e4, 1e4}, gap[] = {0.5, 0.5, 0.5, 0.5, 0.1};
     for (int j = 1; j <= 5; j++) {
-        near(sim_scene_value_along(&s, SIM_VARIED_KV, s.kv_lb_ft, j), kv[j - 1], 0.0);
+        near(sim_scene_local_value(&s, SIM_VARIED_KV, s.kv_lb_ft, j), kv[j - 1], 0.0);
         near(sim_scene_joint_value(&s.gap0_ft, j), gap[j - 1], 0.0);
-        near(sim_scene_value_along(&s, SIM_VARIED_KT, 7.0, j), 7.0, 0.0); /* no list */
+        near(sim_scene_local_value(&s, SIM_VARIED_KT, 7.0, j), 7.0, 0.0); /* no list */
     }
     near(s.kv_lb_ft, 1e4, 0.0);
     near(sim_scene_weight_lb(&s, 4), 4.0, 0.0);
-    near(sim_scene_value_along(&s, SIM_VARIED_V0, 0.0, 2), -1.0, 0.0);
-    near(sim_scene_shortest_step_value(&s, SIM_VARIED_W, 0.0), 1.0, 0.0);
-    near(sim_scene_shortest_step_value(&s, SIM_VARIED_KV, 0.0), 1e4, 0.0);
+    near(sim_scene_local_value(&s, SIM_VARIED_V0, 0.0, 2), -1.0, 0.0);
+    near(sim_scene_step_limiting_value(&s, SIM_VARIED_W, 0.0), 1.0, 0.0);
+    near(sim_scene_step_limiting_value(&s, SIM_VARIED_KV, 0.0), 1e4, 0.0);
     /* node 2 carries half of mats 1 and 2 on two springs of 5,000 lb/ft, node 5 half of mat 4 */
     near(sim_scene_settlement_ft(&s, 2), 1.5 / 1e4, 1e-18);
     near(sim_scene_settlement_ft(&s, 5), 2.0 / 1e4, 1e-18);
@@ -288,13 +288,13 @@ TEST(a_tie_pulls_a_mat_down)
     march(&s, z, 3);
     near(-z[0], -0.025 + 0.075 * cos(20.0 * t), 1e-5);
     near(z[0], z[2], 1e-12);
-    s.mods.restraint[SIM_TIES].grip_lb = 5.0;
+    s.mods.restraint[SIM_TIE_DOWNS].grip_lb = 5.0;
     march(&s, z, 3);
     /* pulled out to 0.0375 ft at once, elastic down to there, then free */
     double t1 = acos(2.0 / 3.0) / 20.0, v1 = -20.0 * 0.0375 * sin(20.0 * t1), t2 = t - t1;
     near(-z[0], 0.0375 + v1 * t2 - 5.0 * t2 * t2, 1e-5);
-    s.mods.restraint[SIM_TIES].k_lb_ft = 0.0;
-    s.mods.restraint[SIM_TIES].spacing = 0;
+    s.mods.restraint[SIM_TIE_DOWNS].k_lb_ft = 0.0;
+    s.mods.restraint[SIM_TIE_DOWNS].spacing = 0;
     march(&s, z, 3);
     near(-z[0], 0.05 - 0.5 * 10.0 * t * t, 1e-5);
     sim_scene_free(&s);

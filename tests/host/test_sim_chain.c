@@ -64,7 +64,7 @@ TEST(the_largest_force_is_found_within_a_step)
             struct sim_result result = run(&scene, (struct sim_options){.dt_s = swing_s / 4.7,
                                                                         .solver = "staggered",
                                                                         .is_single_pass = true});
-            near(result.max_pull_lb[1], 2000.0 / (ends + 1), 0.05 * 2000.0 / (ends + 1));
+            near(result.max_tension_lb[1], 2000.0 / (ends + 1), 0.05 * 2000.0 / (ends + 1));
             sim_result_free(&result);
         }
     }

@@ -234,7 +234,7 @@ TEST(step_limits_hold)
 TEST(half_steps_add_up)
 {
     struct sim_scene scene = one_mat(20.0);
-    struct element_set set = element_set_of(&scene);
+    struct element_set set = element_set_from_scene(&scene);
     const double m = mass(&scene), dry = 16.0;
     assert_int_equal(set.count, 1);
     for (double v0 = -3.0; v0 < 3.0; v0 += 0.37) {
@@ -294,7 +294,7 @@ TEST(absent_it_is_nothing)
         "{\"model\": \"chain\", \"N\": 30, \"tend\": 0.05}"};
     assert_int_equal(sim_scene_parse(&with, "with", text[0], strlen(text[0]), &error), MR_OK);
     assert_int_equal(sim_scene_parse(&without, "without", text[1], strlen(text[1]), &error), MR_OK);
-    assert_int_equal(element_set_of(&with).count, 0);
+    assert_int_equal(element_set_from_scene(&with).count, 0);
     struct sim_result a = good(&with, "staggered"), b = good(&without, "staggered");
     assert_memory_equal(a.u_ft, b.u_ft, 31 * sizeof *a.u_ft);
     assert_int_equal(a.evaluations, b.evaluations);

@@ -51,7 +51,7 @@ TEST(grit_holds_and_gives_way)
     near(joint_pull(JOINT_GRIT, joint, 0.003, 0.0, grit).lb, -5.0, 1e-12);
     struct law_pull given = joint_pull(JOINT_GRIT, joint, -0.004, 0.0, grit);
     near(given.lb, -10.0, 1e-12);
-    near(given.reach_ft, 0.006, 1e-12);
+    near(given.grit_extent_ft, 0.006, 1e-12);
     near(joint_pull(JOINT_GRIT, joint, -0.02, 0.0, grit).lb, -20.0, 1e-12);
 }
 
@@ -98,10 +98,10 @@ TEST(slopes_are_those_of_the_forces)
         near(friction_slope_lb_s_ft(SIM_FRICTION_TANH, c_lb, share, veps), -(up - down) / (2.0 * d),
              1e-3 * c_lb / veps);
         assert_true(-friction_slope_lb_s_ft(SIM_FRICTION_TANH, c_lb, share, veps) / 5.0 <=
-                    friction_bound(SIM_FRICTION_TANH, c_lb, 5.0, veps).damping);
+                    friction_rate_bound(SIM_FRICTION_TANH, c_lb, 5.0, veps).damping);
     }
-    near(hinge_margin_rad(hinge_side(0.3, 0.2), 0.3, 0.2), 0.1, 1e-15);
-    near(hinge_margin_rad(hinge_side(-0.1, 0.2), -0.1, 0.2), 0.1, 1e-15);
+    near(hinge_margin_rad(hinge_mode(0.3, 0.2), 0.3, 0.2), 0.1, 1e-15);
+    near(hinge_margin_rad(hinge_mode(-0.1, 0.2), -0.1, 0.2), 0.1, 1e-15);
     /* on the ground, and leaving faster than it would push */
     assert_true(soil_contact_depth_ft(true, 1e7, 2e4, 1e-6, -1.0) < 0.0);
     assert_true(soil_contact_depth_ft(false, 1e7, 2e4, 0.0, -1.0) > 0.0);

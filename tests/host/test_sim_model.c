@@ -130,8 +130,9 @@ static double energy_lb_ft(const struct model *m, const double *z)
             energy += 0.5 * m->kl_lb_ft * g * g;
         }
         if (m->torsion[n]) {
-            double wound = hinge_effective_turn_rad(m->does_torsion_jump, m->torsion[n],
-                                                    kernel_turn_rad(&left, &mat), m->tad_rad);
+            double wound = hinge_effective_angle_rad(m->has_torsion_jump, m->torsion[n],
+                                                     kernel_joint_angle_rad(&left, &mat),
+                                                     m->tad_rad);
             energy += 0.5 * m->kt_lb_ft_rad * wound * wound;
         }
         double ends = n == 0 || ground ? 1.0 : 2.0;

@@ -115,8 +115,8 @@ TEST(heat_slackens)
     scene.t_end_s = 0.1;
     rivet(&scene, 3, 2, 0);
     tension(&scene, &t0, 1);
-    scene.mods.band[0].alpha_f = 1e-3;
-    scene.mods.band[0].warming_degf = 20.0;
+    scene.mods.band[0].thermal_expansion_per_degf = 1e-3;
+    scene.mods.band[0].temperature_rise_degf = 20.0;
     struct sim_result result = run(&scene, (struct sim_options){0});
     assert_int_equal(result.mods->segment_count, 4);
     for (int i = 0; i < 4; i++)
@@ -189,7 +189,7 @@ TEST(leaving_mats_out_changes_nothing)
         const double uneven[] = {10, 90, 60, 60, 60, 60, 60, 60, 60, 60, 60, 20, 60};
         add_all(&scene);
         if (!all) {
-            scene.mods.cleat_every = scene.mods.stiff_span_mats = 0;
+            scene.mods.cleat_every = scene.mods.stiffener_span_mats = 0;
             scene.mods.tear_lb = HUGE_VAL;
             tension(&scene, uneven, 13); /* pulls mats at both ends at once */
         }
@@ -216,7 +216,7 @@ TEST(state_carries_over)
     const struct sim_path_row none[] = {{0, 2, 0}, {0.3, 2, 0}};
     add_all(&scene);
     struct sim_result first = run(&scene, (struct sim_options){0});
-    assert_true(first.mods->cleat_left[2] < 1.0 && first.mods->band_slip_ft[1] > 0.0);
+    assert_true(first.mods->cleat_remaining_share[2] < 1.0 && first.mods->band_slip_ft[1] > 0.0);
     sim_scene_set_list(&scene.gap0_ft, first.gap_ft + 1, 121);
     mods_carry_over(&scene, &first);
     sim_scene_set_path(&scene, none, 2);
@@ -232,7 +232,7 @@ TEST(state_carries_over)
     for (size_t c = 0; c < first.mods->connection_count; c++)
         near(second.mods->band_slip_ft[c], first.mods->band_slip_ft[c], 1e-3 * first.peak_u_ft);
     for (size_t c = 0; c < first.mods->cleat_count; c++)
-        near(second.mods->cleat_left[c], first.mods->cleat_left[c], 0.01);
+        near(second.mods->cleat_remaining_share[c], first.mods->cleat_remaining_share[c], 0.01);
     sim_result_free(&first);
     sim_result_free(&second);
     sim_scene_free(&scene);
@@ -364,12 +364,12 @@ TEST(a_cleat_wears_as_it_moves)
     scene.mods.cleat_travel_ft = 0.1;
     sim_scene_set_path(&scene, rows, 2);
     struct sim_result result = run(&scene, (struct sim_options){0});
-    assert_true(result.u_ft[2] == 0.0 && result.mods->cleat_left[0] == 1.0);
+    assert_true(result.u_ft[2] == 0.0 && result.mods->cleat_remaining_share[0] == 1.0);
     sim_result_free(&result);
     scene.mods.cleat_hold_lb = 10.0;
     result = run(&scene, (struct sim_options){.dt_s = 1e-5});
     double x = result.u_ft[2];
-    near(result.mods->cleat_left[0], exp(-x / 0.1), 1e-4);
+    near(result.mods->cleat_remaining_share[0], exp(-x / 0.1), 1e-4);
     near(0.5 * result.speed_end_ft_s * result.speed_end_ft_s,
          15.0 * x - 10.0 * 0.1 * (1 - exp(-x / 0.1)), 1e-3);
     assert_true(x > 0.2);
@@ -383,8 +383,8 @@ TEST(a_stiffener_ties_mats)
 {
     struct sim_scene scene = apart(4);
     scene.mods.band[0].count = 0.0;
-    scene.mods.stiff_span_mats = 3;
-    scene.mods.stiff_k_lb_ft = 100.0;
+    scene.mods.stiffener_span_mats = 3;
+    scene.mods.stiffener_k_lb_ft = 100.0;
     scene.v0_mat = 1;
     scene.v0_ft_s = 1.0;
     scene.t_end_s = 0.2;
@@ -396,7 +396,7 @@ TEST(a_stiffener_ties_mats)
     near(result.u_ft[3], t / 3 - sin(a * t) / (2 * a) + sin(b * t) / (6 * b), 1e-6);
     assert_true(result.u_ft[4] == 0.0);
     sim_result_free(&result);
-    scene.mods.stiff_free_joints = 2; /* joints 4 and 5 are free: mats 1 to 3, 5 to 7 */
+    scene.mods.stiffener_free_joints = 2; /* joints 4 and 5 are free: mats 1 to 3, 5 to 7 */
     scene.mats = 9;
     scene.v0_mat = 6;
     result = run(&scene, (struct sim_options){.dt_s = 1e-5});
@@ -494,10 +494,10 @@ TEST(what_makes_no_sense_is_refused)
     sim_scene_set_list(&scene.mods.band[0].pulled, &nine, 1);
     refused(&scene, "not a riveted mat");
     sim_scene_set_list(&scene.mods.band[0].pulled, &nine, 0);
-    scene.mods.stiff_span_mats = 6;
+    scene.mods.stiffener_span_mats = 6;
     scene.mods.lay_deg = 45.0;
     refused(&scene, "stiffeners on a diagonal pattern");
-    scene.mods.stiff_span_mats = 0;
+    scene.mods.stiffener_span_mats = 0;
     scene.mods.lay_deg = 85.0;
     refused(&scene, "lay_deg is 85");
     scene.mods.lay_deg = 0.0;
@@ -525,7 +525,7 @@ static struct sim_scene one_group(void)
         scene.mods.band[g].e_lb_ft2 = 1000.0;
         scene.mods.band[g].spacing = 10;
         scene.mods.band[g].first_mat = scene.mods.band[g].last_mat = 5;
-        sim_scene_set_list(&scene.mods.band[g].t0_lb, &t0, 1);
+        sim_scene_set_list(&scene.mods.band[g].initial_tension_lb, &t0, 1);
     }
     return scene;
 }
@@ -540,7 +540,7 @@ TEST(both_hold_the_same_mat)
     scene.mods.band[0].count = 2.0;
     scene.mods.band[1].count = 3.0;
     scene.mods.band[1].e_lb_ft2 = 2000.0;
-    sim_scene_set_list(&scene.mods.band[1].t0_lb, &other_t0, 1);
+    sim_scene_set_list(&scene.mods.band[1].initial_tension_lb, &other_t0, 1);
     scene.v0_ft_s = 1.0;
     scene.v0_mat = 5;
     double rate = sqrt(8.0 * (left + right));
@@ -605,8 +605,8 @@ TEST(halves_are_the_whole)
             scene.mods.band[g].spacing = 10;
             scene.mods.band[g].k_lb_ft = 2000.0;
             scene.mods.band[g].grip_lb = 60.0;
-            scene.mods.band[g].acts_on = over ? SIM_OVER_RIVETS : SIM_OVER_JOINTS;
-            sim_scene_set_list(&scene.mods.band[g].t0_lb, &t0, 1);
+            scene.mods.band[g].acts_on = over ? SIM_BAND_OVER_RIVETS : SIM_BAND_OVER_JOINTS;
+            sim_scene_set_list(&scene.mods.band[g].initial_tension_lb, &t0, 1);
         }
         for (int i = 0; i < 2; i++) {
             /* a power of two: halving rounds nothing */
@@ -650,7 +650,7 @@ TEST(keys)
     assert_int_equal(sim_scene_parse(&scene, "x", right, strlen(right), &error), MR_OK);
     assert_int_equal(mods_connection_count(&scene, 0), 1);
     assert_int_equal(mods_connection_count(&scene, 1), 2);
-    near(scene.mods.band[1].t0_lb.values[0], 60.0, 0.0);
+    near(scene.mods.band[1].initial_tension_lb.values[0], 60.0, 0.0);
     sim_scene_free(&scene);
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         error = (struct error){0};

@@ -31,7 +31,7 @@ TEST(a_flat_landing_is_the_chains)
         near(a.mods->band_lb[i], b.mods->band_lb[i],
              2.0 * (a.mods->band_error_lb + b.mods->band_error_lb) + 0.1);
     for (size_t i = 0; i < a.mods->cleat_count; i++)
-        near(a.mods->cleat_left[i], b.mods->cleat_left[i], 0.02);
+        near(a.mods->cleat_remaining_share[i], b.mods->cleat_remaining_share[i], 0.02);
     sim_result_free(&a);
     sim_result_free(&b);
     sim_scene_free(&flat);
@@ -59,14 +59,14 @@ TEST(a_taut_band_holds_a_vee_down)
                                       .down_lb = down,
                                       .moment_lb_ft = moment};
     mods = mods_make(&scene);
-    mods_brace_heave(mods, &heave);
+    mods_compute_vertical_forces(mods, &heave);
     for (int j = 0; j <= 12; j++)
         near(down[j], j == 5 ? 2.0 * 2.0 * t0 * h : 0.0, 1e-12);
     mods_free(mods);
-    scene.mods.band[0].acts_on = SIM_OVER_RIVETS;
+    scene.mods.band[0].acts_on = SIM_BAND_OVER_RIVETS;
     mods = mods_make(&scene);
     z[2 * 6] = -0.02; /* below the line from the crest to the rivet */
-    mods_brace_heave(mods, &heave);
+    mods_compute_vertical_forces(mods, &heave);
     double sum = 0.0, about = 0.0, left = 2.0 * t0 * h / 2.5, right = 2.0 * t0 * h / 3.5;
     for (int j = 0; j <= 12; j++) {
         sum += down[j];
@@ -102,11 +102,11 @@ TEST(stiffeners_are_stiff_joints)
         a.kt_lb_ft_rad = 20.0;
         a.tad_deg = 0.0;
         b.kt_lb_ft_rad = 0.0;
-        b.mods.stiff_span_mats = 120;
-        b.mods.stiff_first = 1;
-        b.mods.stiff_lines = 1;
-        b.mods.stiff_kt_lb_ft_rad = 20.0;
-        b.mods.stiff_yield_lb_ft = i ? 1e-3 : HUGE_VAL;
+        b.mods.stiffener_span_mats = 120;
+        b.mods.stiffener_first_mat = 1;
+        b.mods.stiffener_line_count = 1;
+        b.mods.stiffener_kt_lb_ft_rad = 20.0;
+        b.mods.stiffener_yield_lb_ft = i ? 1e-3 : HUGE_VAL;
         struct sim_result ra = run(&a, (struct sim_options){.dt_s = 2e-5});
         struct sim_result rb = run(&b, (struct sim_options){.dt_s = 2e-5});
         assert_true(ra.max_lift_ft > 0.0);
@@ -142,11 +142,11 @@ TEST(a_raised_cleat_holds_less)
     mods_reset(mods);
     near(mods_raised_cleat_hold_lb(mods, 4, -0.03, -0.03), 2.0, 1e-12);
     const struct sim_touch wheel = {4, 1.0, 1.0};
-    mods_press_cleats(mods, &wheel, 1);
-    near(mods_cleat_lb(mods, 4), 4.0, 1e-12);
-    mods_press_cleats(mods, &wheel, 1); /* it has not risen again */
-    near(mods_cleat_lb(mods, 4), 4.0, 1e-12);
-    near(mods_cleat_lb(mods, 2), 8.0, 1e-12);
+    mods_bend_raised_cleats(mods, &wheel, 1);
+    near(mods_cleat_hold_lb(mods, 4), 4.0, 1e-12);
+    mods_bend_raised_cleats(mods, &wheel, 1); /* it has not risen again */
+    near(mods_cleat_hold_lb(mods, 4), 4.0, 1e-12);
+    near(mods_cleat_hold_lb(mods, 2), 8.0, 1e-12);
     mods_free(mods);
     sim_scene_free(&scene);
 }
@@ -169,17 +169,17 @@ TEST(a_cleat_that_is_pressed_back_turns_at_its_root)
         scene.mods.cleat_exponent = powers[i];
         mods = mods_make(&scene);
         near(mods_raised_cleat_hold_lb(mods, 2, -0.03, -0.03), halves_lb[i], 1e-12);
-        mods_press_cleats(mods, &wheel, 1);
-        near(mods_cleat_lb(mods, 2), halves_lb[i], 1e-12);
+        mods_bend_raised_cleats(mods, &wheel, 1);
+        near(mods_cleat_hold_lb(mods, 2), halves_lb[i], 1e-12);
         scene.mods.cleat_spring_deg = 30.0;
         mods_reset(mods);
         mods_raised_cleat_hold_lb(mods, 2, -0.03, -0.03);
-        mods_press_cleats(mods, &wheel, 1);
-        near(mods_cleat_lb(mods, 2), springing_lb[i], 1e-12);
+        mods_bend_raised_cleats(mods, &wheel, 1);
+        near(mods_cleat_hold_lb(mods, 2), springing_lb[i], 1e-12);
         mods_reset(mods);
         mods_raised_cleat_hold_lb(mods, 2, -0.006, -0.006);
-        mods_press_cleats(mods, &wheel, 1);
-        near(mods_cleat_lb(mods, 2), 8.0, 1e-12);
+        mods_bend_raised_cleats(mods, &wheel, 1);
+        near(mods_cleat_hold_lb(mods, 2), 8.0, 1e-12);
         mods_free(mods);
         sim_scene_free(&scene);
     }
@@ -211,10 +211,10 @@ TEST(a_wheel_tips_a_stiffened_block)
     scene.element_values[ELEMENT_gear_ground] = 7000.0;
     scene.gear.axle_length_ft = length_ft;
     sim_scene_set_list(&scene.gear.line_setbacks_ft, &lines_ft, 1);
-    scene.mods.stiff_span_mats = 7;
-    scene.mods.stiff_free_joints = 50;
-    scene.mods.stiff_first = 5;
-    scene.mods.stiff_kt_lb_ft_rad = 1e5;
+    scene.mods.stiffener_span_mats = 7;
+    scene.mods.stiffener_free_joints = 50;
+    scene.mods.stiffener_first_mat = 5;
+    scene.mods.stiffener_kt_lb_ft_rad = 1e5;
     scene.t_end_s = 0.5;
     struct sim_result a = run(&scene, (struct sim_options){.solver = "staggered",
                                                            .dt_s = 1e-5,
@@ -230,7 +230,7 @@ TEST(a_wheel_tips_a_stiffened_block)
     near(a.sample_y_ft[2 * 2 + 1], 7.0 * s - y0, 0.03 * (7.0 * s - y0)); /* 0.049 in */
     near(a.sample_y_ft[2 * 2], -y0, 0.03 * y0);
     sim_result_free(&a);
-    scene.mods.stiff_kt_lb_ft_rad = 0.0; /* hinges: nothing rises */
+    scene.mods.stiffener_kt_lb_ft_rad = 0.0; /* hinges: nothing rises */
     a = run(&scene,
             (struct sim_options){.solver = "staggered", .dt_s = 1e-5, .is_single_pass = true});
     assert_true(a.max_lift_ft == 0.0);
@@ -247,7 +247,7 @@ TEST(what_is_absent_changes_nothing)
     assert_null(plain.mods);
     scene.mods.band[0].grip_lb = 3.0; /* of no bands */
     scene.mods.cleat_hold_lb = 3.0;
-    scene.mods.stiff_k_lb_ft = 3.0;
+    scene.mods.stiffener_k_lb_ft = 3.0;
     struct sim_result still = run(&scene, (struct sim_options){.dt_s = 5e-5});
     assert_null(still.mods);
     add_all(&scene); /* present but of no strength */
@@ -255,7 +255,7 @@ TEST(what_is_absent_changes_nothing)
     tension(&scene, &zero, 1);
     scene.mods.band[0].count = scene.mods.band[1].count = 1e-300;
     scene.mods.cleat_hold_lb = 0.0;
-    scene.mods.stiff_k_lb_ft = 0.0;
+    scene.mods.stiffener_k_lb_ft = 0.0;
     scene.mods.tear_lb = 1e9;
     struct sim_result weak = run(&scene, (struct sim_options){.dt_s = 5e-5});
     for (int n = 1; n <= 120; n++)
@@ -327,8 +327,8 @@ TEST(a_joint_tears_at_its_force_and_time)
             near(a.u_ft[2], u2, 2.0 * TEAR * dt_s * 0.02);
             assert_true(a.mods->torn[2] == 1.0);
             /* the chain notes its forces now and then */
-            assert_true(a.max_pull_lb[2] < TEAR + KL * SPEED * 2.0 * dt_s);
-            assert_true(i == 0 || a.max_pull_lb[2] > TEAR);
+            assert_true(a.max_tension_lb[2] < TEAR + KL * SPEED * 2.0 * dt_s);
+            assert_true(i == 0 || a.max_tension_lb[2] > TEAR);
             double v1 = (b.u_ft[1] - a.u_ft[1]) / 0.01, v2 = (b.u_ft[2] - a.u_ft[2]) / 0.01;
             double energy = 0.5 * (v1 * v1 + v2 * v2);
             near(energy, 0.5 * SPEED * SPEED - 0.5 * TEAR * TEAR / KL, 4.0 * TEAR * dt_s * SPEED);
@@ -367,8 +367,8 @@ TEST(a_torn_end_feels_no_more)
     scene.mods.tear_lb = 0.4 * TEAR;
     struct sim_result a = run_fixed(&scene, dt_s, 0.1);
     assert_true(a.mods->torn[1] == 1.0);
-    assert_true(a.max_pull_lb[1] > 0.4 * TEAR &&
-                a.max_pull_lb[1] < 0.4 * TEAR + 2.0 * KL * SPEED * dt_s);
+    assert_true(a.max_tension_lb[1] > 0.4 * TEAR &&
+                a.max_tension_lb[1] < 0.4 * TEAR + 2.0 * KL * SPEED * dt_s);
     sim_result_free(&a);
     sim_scene_free(&scene);
 }
@@ -412,7 +412,7 @@ TEST(a_wave_that_stands_stays_as_short_as_it_is)
     struct sim_result all = run(&scene, options);
     double lift_ft = a.outputs[a.output_count - 1].lift_ft;
     assert_true(lift_ft > 0.2);
-    near(a.max_push_lb[30], 0.5 * G / lift_ft, 5.0); /* it swings before it stands */
+    near(a.max_compression_lb[30], 0.5 * G / lift_ft, 5.0); /* it swings before it stands */
     for (int n = 1; n <= 60; n++)
         near(a.u_ft[n], all.u_ft[n], 1e-6);
     assert_true(a.integrated_mats_mean < 59.0);

@@ -78,7 +78,7 @@ TEST(two_passes_side_by_side_have_the_bits_of_one_after_the_other)
     assert_true(two.error_u_ft == one.error_u_ft && two.checked_dt_s == one.checked_dt_s);
     assert_memory_equal(two.u_ft, one.u_ft, 81 * sizeof(double));
     assert_memory_equal(two.gap_ft, one.gap_ft, 82 * sizeof(double));
-    assert_memory_equal(two.max_push_lb, one.max_push_lb, 82 * sizeof(double));
+    assert_memory_equal(two.max_compression_lb, one.max_compression_lb, 82 * sizeof(double));
     const struct sim_options stop = {.solver = "staggered",
                                      .in_parallel = true,
                                      .may_continue = stop_late,
@@ -413,23 +413,23 @@ TEST(the_wheel_shares_its_thrust)
     scene.mats = 2;
     sim_scene_set_path(&scene, rows, 4);
     sim_wheel_start(&wheel, &scene);
-    assert_int_equal(sim_wheel_span(&wheel, 0.5, 0.9, touch), 0);
+    assert_int_equal(sim_wheel_compute_action(&wheel, 0.5, 0.9, touch), 0);
     /* half of 1.15 s..1.35 s, 1.8 ft to 2.2 ft, on each side of the joint; mean force 150 */
-    assert_int_equal(sim_wheel_span(&wheel, 1.15, 1.35, touch), 2);
+    assert_int_equal(sim_wheel_compute_action(&wheel, 1.15, 1.35, touch), 2);
     assert_true(touch[0].mat == 1 && touch[1].mat == 2);
     assert_true(fabs(touch[0].thrust_lb - 75.0) < 1e-9 && fabs(touch[1].thrust_lb - 75.0) < 1e-9);
     assert_true(fabs(touch[0].load_share - 0.5) < 1e-9);
     /* 1.9 s..2.2 s: 0.1 s at 290 in the mean and 0.2 s at 50 */
-    assert_int_equal(sim_wheel_span(&wheel, 1.9, 2.2, touch), 1);
+    assert_int_equal(sim_wheel_compute_action(&wheel, 1.9, 2.2, touch), 1);
     assert_true(fabs(touch[0].thrust_lb - (29.0 + 10.0) / 0.3) < 1e-9);
     /* after the path: the load stays, the thrust does not */
-    assert_int_equal(sim_wheel_span(&wheel, 3.5, 3.6, touch), 1);
+    assert_int_equal(sim_wheel_compute_action(&wheel, 3.5, 3.6, touch), 1);
     assert_true(touch[0].mat == 2 && touch[0].thrust_lb == 0.0 && touch[0].load_share == 1.0);
 
     scene.thrust = SIM_THRUST_LINEAR;
     sim_wheel_start(&wheel, &scene);
     double thrust[3] = {0.0};
-    int count = sim_wheel_span(&wheel, 1.4, 1.6, touch); /* about 2.5 ft: w = 0.75 */
+    int count = sim_wheel_compute_action(&wheel, 1.4, 1.6, touch); /* about 2.5 ft: w = 0.75 */
     for (int i = 0; i < count; i++)
         thrust[touch[i].mat] += touch[i].thrust_lb;
     assert_true(fabs(thrust[1] - 0.25 * 200.0) < 1e-9 && fabs(thrust[2] - 0.75 * 200.0) < 1e-9);
@@ -438,11 +438,11 @@ TEST(the_wheel_shares_its_thrust)
     sim_scene_set_path(&scene, NULL, 0);
     scene.force_stop_s = 0.01; /* 90 ft/s: mat 1 until 0.0222 s, off at 0.0444 s */
     sim_wheel_start(&wheel, &scene);
-    assert_int_equal(sim_wheel_span(&wheel, 0.0, 0.02, touch), 1);
+    assert_int_equal(sim_wheel_compute_action(&wheel, 0.0, 0.02, touch), 1);
     assert_true(touch[0].mat == 1 && fabs(touch[0].thrust_lb - 6000.0) < 1e-9);
-    assert_int_equal(sim_wheel_span(&wheel, 0.03, 0.031, touch), 1);
+    assert_int_equal(sim_wheel_compute_action(&wheel, 0.03, 0.031, touch), 1);
     assert_true(touch[0].mat == 2 && touch[0].thrust_lb == 0.0);
-    assert_int_equal(sim_wheel_span(&wheel, 0.045, 0.046, touch), 0);
+    assert_int_equal(sim_wheel_compute_action(&wheel, 0.045, 0.046, touch), 0);
     sim_scene_free(&scene);
 }
 

@@ -37,8 +37,8 @@ TEST(the_walk_is_whole_and_never_jumps)
     assert_int_equal(plan.count, 168 + 2 * 4 * 13 + 7 * 7);
     for (size_t i = 0; i < plan.count; i++)
         assert_int_equal(survey_plan_find(&plan, &plan.item[i]), i);
-    assert_true(fabs(survey_line_in(3) - survey_line_in(2) - 36.0) < 1e-12 &&
-                survey_line_in(1) == 12.0);
+    assert_true(fabs(survey_line_offset_in(3) - survey_line_offset_in(2) - 36.0) < 1e-12 &&
+                survey_line_offset_in(1) == 12.0);
 }
 
 /* ---- typing ---- */

@@ -31,9 +31,9 @@ static void load(struct sweep *sweep, const char *text)
 /* Vectors that the authors of FNV publish with it (draft-eastlake-fnv). */
 TEST(fnv_is_as_published)
 {
-    assert_int_equal(fnv1a(FNV_BASIS, "", 0), 0xcbf29ce484222325u);
-    assert_int_equal(fnv1a(FNV_BASIS, "a", 1), 0xaf63dc4c8601ec8cu);
-    assert_int_equal(fnv1a(FNV_BASIS, "foobar", 6), 0x85944171f73967e8u);
+    assert_int_equal(fnv1a_hash(FNV_BASIS, "", 0), 0xcbf29ce484222325u);
+    assert_int_equal(fnv1a_hash(FNV_BASIS, "a", 1), 0xaf63dc4c8601ec8cu);
+    assert_int_equal(fnv1a_hash(FNV_BASIS, "foobar", 6), 0x85944171f73967e8u);
 }
 
 TEST(paths_lead_where_they_say)
@@ -183,7 +183,7 @@ static double ishigami(double u1, double u2, double u3)
 }
 
 /* Its indices on `points` points; the design is the sweeps'. */
-static void ishigami_indices(size_t points, uint64_t seed, struct sweep_key_indices result[3])
+static void ishigami_indices(size_t points, uint64_t seed, struct sweep_key_sensitivities result[3])
 {
     static const char *const names[] = {"x1", "x2", "x3"};
     size_t count = 5 * points, used;
@@ -195,7 +195,7 @@ static void ishigami_indices(size_t points, uint64_t seed, struct sweep_key_indi
     for (size_t i = 0; i < count; i++)
         values[i] = ishigami(u[0][i], u[1][i], u[2][i]);
     values[points + 3] = (double)NAN; /* one point has failed */
-    assert_true(sweep_compute_indices(values, points, 3, result, &used));
+    assert_true(sweep_compute_sensitivities(values, points, 3, result, &used));
     assert_int_equal(used, points - 1);
     free(values);
     for (size_t k = 0; k < 3; k++)
@@ -208,7 +208,7 @@ static const double ishigami_first[] = {0.3139, 0.4424, 0.0},
 
 TEST(indices_are_as_published)
 {
-    struct sweep_key_indices found[3];
+    struct sweep_key_sensitivities found[3];
     ishigami_indices(20000, 1, found);
     for (size_t k = 0; k < 3; k++) {
         assert_near(found[k].first.value, ishigami_first[k], 0.02);
@@ -221,7 +221,7 @@ TEST(intervals_of_indices_hold)
 {
     unsigned held = 0;
     for (uint64_t seed = 1; seed <= 200; seed++) {
-        struct sweep_key_indices found[3];
+        struct sweep_key_sensitivities found[3];
         ishigami_indices(64, seed, found);
         for (size_t k = 0; k < 3; k++) {
             held += found[k].first.low <= ishigami_first[k] &&
@@ -237,12 +237,12 @@ TEST(intervals_of_indices_hold)
 TEST(nothing_varies_nothing_is_said)
 {
     double values[40] = {0.0};
-    struct sweep_key_indices found[2];
+    struct sweep_key_sensitivities found[2];
     size_t used;
-    assert_false(sweep_compute_indices(values, 10, 2, found, &used));
+    assert_false(sweep_compute_sensitivities(values, 10, 2, found, &used));
     for (size_t i = 0; i < 7 * 4; i++)
         values[i] = (double)i;
-    assert_false(sweep_compute_indices(values, 7, 2, found, &used)); /* too few */
+    assert_false(sweep_compute_sensitivities(values, 7, 2, found, &used)); /* too few */
 }
 
 TEST(whole_ranges_have_both_ends)

@@ -55,11 +55,11 @@ static enum mr_status play(struct tally *t, const char *name, size_t seeds, doub
             *error = runs[i].error;
         t->runways++;
         t->buckled += runs[i].buckled_landing > 0;
-        for (size_t k = 0; k < runs[i].simulated_landings; k++) {
+        for (size_t k = 0; k < runs[i].simulated_landing_count; k++) {
             const struct series_outcome *o = &runs[i].outcomes[k];
             t->landings++;
             t->low_waves += o->wave_count > 0 && !o->is_buckled;
-            t->ahead += o->is_buckled && o->overrun_count == 0;
+            t->ahead += o->is_buckled && o->wave_encounter_count == 0;
             t->most_rise_in = fmax(t->most_rise_in, o->wave_rise_in);
             if (o->first_buckle_station_ft > 0.0 && t->crests < CRESTS_MAX) {
                 t->crest_ft[t->crests] = o->first_buckle_station_ft;

@@ -130,8 +130,8 @@ static double of_landing(const struct landing_series *c, const struct series_fac
     case SERIES_MEAN_IN: return mean_in(c, o);
     case SERIES_ZONE_MATS: return o->zone_mats;
     case SERIES_WAVES: return o->wave_count > 0;
-    case SERIES_SLACK: return o->slack_band_segments > 0;
-    case SERIES_TORN: return o->torn_joints > 0;
+    case SERIES_SLACK: return o->slack_band_segment_count > 0;
+    case SERIES_TORN: return o->torn_joint_count > 0;
     case SERIES_FAILURES: return o->failure_count;
     case SERIES_APART_FT:
         return o->failure_count > 1 ? o->failure_station_ft[1] - o->failure_station_ft[0]
@@ -148,7 +148,7 @@ static double over(const struct landing_series *c, const struct series_fact *fac
     bool buckling = fact->when == SERIES_AT_BUCKLING;
     double sum = 0.0, most = (double)NAN; /* of what there is */
     size_t count = 0;
-    for (size_t i = first - 1; i < last && i < run->simulated_landings; i++) {
+    for (size_t i = first - 1; i < last && i < run->simulated_landing_count; i++) {
         if ((int)i + 1 == run->buckled_landing && !buckling)
             break;
         double value = of_landing(c, fact, &outcomes[i]);

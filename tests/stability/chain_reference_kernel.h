@@ -717,7 +717,7 @@ static void switch_mat(struct state *s, int n, int to, real limit)
 static bool understood(const struct sim_scene *scene)
 {
     return scene->model == SIM_MODEL_CHAIN && scene->mats <= CHAIN_REFERENCE_MATS &&
-           !mods_are_given(scene) && scene->friction_law != SIM_FRICTION_SIGN;
+           !mods_are_present(scene) && scene->friction_law != SIM_FRICTION_SIGN;
 }
 
 static void begin(struct state *s)

@@ -92,8 +92,9 @@ static void engine(const struct sim_scene *scene, struct chain_row *row, double 
             memcpy(u_ft + i * mats, result.outputs[i].u_ft, mats * sizeof *u_ft);
         for (size_t i = 0; i < CHAIN_OUTPUTS; i++)
             u_ft[i * mats] = 0.0;
-        memcpy(peaks->push_lb, result.max_push_lb, (mats + 1) * sizeof *result.max_push_lb);
-        memcpy(peaks->pull_lb, result.max_pull_lb, (mats + 1) * sizeof *result.max_pull_lb);
+        memcpy(peaks->push_lb, result.max_compression_lb,
+               (mats + 1) * sizeof *result.max_compression_lb);
+        memcpy(peaks->pull_lb, result.max_tension_lb, (mats + 1) * sizeof *result.max_tension_lb);
     }
     sim_result_free(&result);
 }

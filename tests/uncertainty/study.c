@@ -278,7 +278,7 @@ static void take(const struct study *study, const char *without, uint64_t seed, 
         .certificate_expanded_uncertainty = certificate ? study->certificate_rel * fabs(drawn.value)
                                                         : (double)NAN,
         .certificate_coverage_factor = study->factor,
-        .half_range_k = temperature ? study->setting.kelvin : 0.0};
+        .temperature_half_range_k = temperature ? study->setting.kelvin : 0.0};
     budget_compute(&of, &budget);
     double off = drawn.value - drawn.truth;
     t->stated += fabs(off) <= NORMAL * budget.stated_error;
@@ -294,7 +294,7 @@ static void print_rows(const struct tally *t, unsigned draws)
     printf("\n| Contribution (rms) | %s (%s) | %s (%s) |\n|---|--:|--:|\n", studies[0].name,
            studies[0].unit, studies[1].name, studies[1].unit);
     for (enum budget_source s = 0; s < BUDGET_SOURCE_COUNT; s++) {
-        printf("| %s |", budget_source_text(s));
+        printf("| %s |", budget_source_label(s));
         for (size_t i = 0; i < STUDIES; i++)
             printf(" %.2g |", sqrt(t[i].squares[s] / draws));
         printf("\n");

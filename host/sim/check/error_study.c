@@ -113,8 +113,8 @@ static double lift_difference_ft(const struct pass_outcome *a, const struct sim_
 }
 
 /* Fastest rate of the linearised equations at the start. */
-static enum mr_status find_fastest_rate(const struct sim_scene *scene, double *rate,
-                                        struct error *error)
+static enum mr_status compute_fastest_rate(const struct sim_scene *scene, double *rate,
+                                           struct error *error)
 {
     struct model model;
     if (model_make(&model, scene, false, error) != MR_OK)
@@ -241,7 +241,7 @@ static enum mr_status find_planar_reference(struct reference *reference, struct 
     const char *name = NULL;
     double rate = 0.0;
     *reference = (struct reference){0};
-    if (find_fastest_rate(scene, &rate, error) != MR_OK)
+    if (compute_fastest_rate(scene, &rate, error) != MR_OK)
         return error->status;
     bool hopeless = rate * sim_scene_end_s(scene) / EVENT_STABILITY >
                     (double)reference_steps_max(scene);
@@ -292,7 +292,7 @@ static enum mr_status run_tolerances(struct error_study *study, const struct ref
     return MR_OK;
 }
 
-static double step_octaves(int rung)
+static double step_size_octaves(int rung)
 {
     return rung < CLOSE_STEP_RUNS ? 0.2 * rung
                                   : 0.2 * CLOSE_STEP_RUNS + 0.5 * (rung - CLOSE_STEP_RUNS);
@@ -319,7 +319,7 @@ static enum mr_status run_fixed_steps(struct error_study *study, const struct re
             return error->status;
     }
     for (int k = 0; k < FIXED_STEP_RUNS; k++) {
-        request.dt_s = first_s * pow(2.0, -step_octaves(k));
+        request.dt_s = first_s * pow(2.0, -step_size_octaves(k));
         if (request.dt_s < least_s) {
             add_note(study, "rk4: steps below %.3g s left out", least_s);
             break;
@@ -448,7 +448,7 @@ enum mr_status error_study_run(struct error_study *study, const struct sim_scene
     if (!study->has_lift) {
         run_chain_study(study, &counted, error);
     } else if (find_planar_reference(&reference, study, &counted, error) == MR_OK &&
-               find_fastest_rate(&counted, &rate, error) == MR_OK) {
+               compute_fastest_rate(&counted, &rate, error) == MR_OK) {
         study->disagreement_u_ft = reference.u_ft;
         study->disagreement_lift_ft = reference.lift_ft;
         study->peak_u_ft = sim_record_peak(&reference.record).u_ft;
@@ -530,28 +530,28 @@ void error_study_fit_slopes(struct error_study *study)
                                       .u = fit_slope(study, names[k], false),
                                       .lift = fit_slope(study, names[k], true)};
         for (size_t i = 0; i < study->run_count; i++)
-            order->is_of_step = order->is_of_step ||
-                                (strcmp(study->runs[i].solver, names[k]) == 0 &&
-                                 study->runs[i].dt_s > 0.0);
+            order->is_step_order = order->is_step_order ||
+                                   (strcmp(study->runs[i].solver, names[k]) == 0 &&
+                                    study->runs[i].dt_s > 0.0);
     }
 }
 
-static double error_of_run_ft(const struct error_study *study, const struct error_run *run)
+static double get_run_error_ft(const struct error_study *study, const struct error_run *run)
 {
     return !is_run_usable(run) ? (double)NAN : study->has_lift ? run->lift_ft : run->u_ft;
 }
 
-double error_study_attributed_ft(const struct error_study *study, size_t i)
+double error_study_smoothed_error_ft(const struct error_study *study, size_t i)
 {
     const struct error_run *run = &study->runs[i];
-    double own = error_of_run_ft(study, run);
+    double own = get_run_error_ft(study, run);
     if (run->dt_s == 0.0 || isnan(own))
         return own;
     for (int side = 0; side < 2; side++) {
         if (side == 0 ? i == 0 : i + 1 == study->run_count)
             return (double)NAN;
         const struct error_run *next = &study->runs[side == 0 ? i - 1 : i + 1];
-        double error = error_of_run_ft(study, next);
+        double error = get_run_error_ft(study, next);
         if (strcmp(next->solver, run->solver) != 0 || isnan(error))
             return (double)NAN;
         own = fmax(own, error);
@@ -569,7 +569,7 @@ const struct error_run *error_study_find_cheapest(const struct error_study *stud
     for (size_t i = 0; i < study->run_count; i++) {
         const struct error_run *run = &study->runs[i];
         if ((solver && strcmp(run->solver, solver) != 0) ||
-            !(error_study_attributed_ft(study, i) <= level_ft))
+            !(error_study_smoothed_error_ft(study, i) <= level_ft))
             continue;
         if (!best || run->ms < best->ms)
             best = run;

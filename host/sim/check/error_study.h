@@ -63,11 +63,11 @@ struct error_slope {
 
 struct error_order {
     const char *solver;
-    bool is_of_step; /* true: error ~ dt^slope; false: error ~ rtol^slope */
+    bool is_step_order; /* true: error ~ dt^slope; false: error ~ rtol^slope */
     struct error_slope u, lift;
 };
 
-typedef void error_study_progress(void *ctx, size_t runs_begun);
+typedef void error_study_progress(void *ctx, size_t started_run_count);
 
 struct error_study {
     char reference_method[240]; /* description of the reference, as text */
@@ -101,11 +101,11 @@ enum mr_status error_study_run(struct error_study *study, const struct sim_scene
 /* Error of lift (model chain: of u) of run i. For a fixed step, this is the largest error among the
  * run and its two neighbours, because a single error can be small by chance. NaN: the run failed,
  * is beyond the stability limit, or has no neighbour. */
-double error_study_attributed_ft(const struct error_study *study, size_t i);
+double error_study_smoothed_error_ft(const struct error_study *study, size_t i);
 
-/* Finds the cheapest run of `solver` (NULL: of any solver) whose error (error_study_attributed_ft)
- * is at most level_ft. NULL: there is none, or the level is below the resolution of the
- * reference. */
+/* Finds the cheapest run of `solver` (NULL: of any solver) whose error
+ * (error_study_smoothed_error_ft) is at most level_ft. NULL: there is none, or the level is below
+ * the resolution of the reference. */
 const struct error_run *error_study_find_cheapest(const struct error_study *study,
                                                   const char *solver, double level_ft);
 

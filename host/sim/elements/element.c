@@ -12,7 +12,7 @@ static const struct element *const table[] = {ELEMENT_TABLE(ELEMENT_ADDRESS)};
 const struct sim_key *const sim_element_keys[] = {ELEMENT_TABLE(ELEMENT_KEY)};
 const size_t sim_element_key_count = ELEMENT_COUNT;
 
-struct element_set element_set_of(const struct sim_scene *scene)
+struct element_set element_set_from_scene(const struct sim_scene *scene)
 {
     struct element_set set = {0};
     for (int i = 0; i < ELEMENT_COUNT; i++) {
@@ -40,18 +40,18 @@ double element_slope_lb_s_ft(const struct element_set *set, struct element_mat m
     return sum;
 }
 
-struct law_bound element_bound(const struct element_set *set, double mass_slug)
+struct law_rate_bound element_rate_bound(const struct element_set *set, double mass_slug)
 {
     double sum = 0.0;
     for (int i = 0; i < set->count; i++)
         sum += set->element[i]->max_slope_lb_s_ft(set->value[i]);
-    return (struct law_bound){0.0, sum / mass_slug};
+    return (struct law_rate_bound){0.0, sum / mass_slug};
 }
 
-bool element_can_rest(const struct element_set *set)
+bool element_allows_rest(const struct element_set *set)
 {
     for (int i = 0; i < set->count; i++) {
-        if (set->element[i]->push_at_rest_lb(set->value[i]) > 0.0)
+        if (set->element[i]->max_force_at_rest_lb(set->value[i]) > 0.0)
             return false;
     }
     return true;

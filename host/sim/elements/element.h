@@ -50,7 +50,7 @@ struct element {
     double (*max_slope_lb_s_ft)(double value);
     /* Largest force that the element exerts on a mat at rest, which counts against the limit of
      * friction. 0: mats at rest need not be integrated. */
-    double (*push_at_rest_lb)(double value);
+    double (*max_force_at_rest_lb)(double value);
     /* Adds a description of the element to the result. */
     void (*describe)(double value, struct sim_result *result);
     /* The element has a memory, which a separate file updates in each step (gear.h). It is then not
@@ -69,13 +69,13 @@ struct element_set {
     double value[SIM_ELEMENTS_MAX];
 };
 
-struct element_set element_set_of(const struct sim_scene *scene);
+struct element_set element_set_from_scene(const struct sim_scene *scene);
 /* Sum of the forces of all elements of a set. */
 double element_force_lb(const struct element_set *set, struct element_mat mat);
 double element_slope_lb_s_ft(const struct element_set *set, struct element_mat mat);
-struct law_bound element_bound(const struct element_set *set, double mass_slug);
+struct law_rate_bound element_rate_bound(const struct element_set *set, double mass_slug);
 /* Returns true if mats at rest stay at rest with this set. */
-bool element_can_rest(const struct element_set *set);
+bool element_allows_rest(const struct element_set *set);
 /* Adds descriptions of all elements of a scene to the result. */
 void element_describe(const struct sim_scene *scene, struct sim_result *result);
 

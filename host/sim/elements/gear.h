@@ -42,20 +42,20 @@ struct gear *gear_make(const struct sim_scene *scene);
 void gear_free(struct gear *gear);
 
 /* Resets the gear to t = 0, for a run in which mats move for drift_s after each kick. */
-void gear_start(struct gear *gear, double drift_s);
+void gear_reset(struct gear *gear, double drift_s);
 
-/* Computes the forces of all lines on the mats, as sim_wheel_span does for one wheel. The lead axle
- * comes first. Also sets `load_share` and `touching_axles` of the mats. */
-int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *touch);
+/* Computes the forces of all lines on the mats, as sim_wheel_compute_action does for one wheel. The
+ * lead axle comes first. Also sets `load_share` and `touching_axles` of the mats. */
+int gear_compute_action(struct gear *gear, double t0_s, double t1_s, struct sim_touch *touch);
 
-/* Sets the number of axles that touch the mat; gear_span calls it. An axle that leaves the mat
- * takes its part of q away; an arriving axle adds none. */
+/* Sets the number of axles that touch the mat; gear_compute_action calls it. An axle that leaves
+ * the mat takes its part of q away; an arriving axle adds none. */
 void gear_set_touching_axles(struct gear *gear, int mat, double touching);
 
 /* Returns the speed of a loaded mat after a kick that lasts equivalent_s (element_step). v is the
  * speed before the kick, and x is the sum of all other forces. `limit_lb` is the largest force that
  * the ground can exert. Updates q. */
-double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, double limit_lb,
-                       double equivalent_s);
+double gear_solve_mat_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb,
+                                 double limit_lb, double equivalent_s);
 
 #endif

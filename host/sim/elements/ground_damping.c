@@ -18,7 +18,7 @@ static double max_slope_lb_s_ft(double c)
     return c;
 }
 
-static double push_at_rest_lb(double c)
+static double max_force_at_rest_lb(double c)
 {
     (void)c;
     return 0.0;
@@ -41,6 +41,6 @@ const struct element element_ground_damping = {
     .force_lb = force_lb,
     .slope_lb_s_ft = slope_lb_s_ft,
     .max_slope_lb_s_ft = max_slope_lb_s_ft,
-    .push_at_rest_lb = push_at_rest_lb,
+    .max_force_at_rest_lb = max_force_at_rest_lb,
     .describe = describe,
 };

@@ -49,18 +49,18 @@ typedef uint8_t bit_masks; /* with AVX-512, a comparison gives one bit per lane 
 #define LAW_REAL                    lanes
 #define LAW_MASK                    masks
 #define LAW_VALUE(x)                ((lanes){0} + (lane_real)(x))
-#define LAW_IS_GREATER(a, b)        LANES(above)(a, b)
-#define LAW_IS_AT_LEAST(a, b)       LANES(reaches)(a, b)
-#define LAW_IS_EQUAL(a, b)          LANES(equals)(a, b)
+#define LAW_IS_GREATER(a, b)        LANES(is_greater)(a, b)
+#define LAW_IS_AT_LEAST(a, b)       LANES(is_at_least)(a, b)
+#define LAW_IS_EQUAL(a, b)          LANES(is_equal)(a, b)
 #define LAW_IF(mask, yes, no)       LANES(choose)(mask, yes, no)
-#define LAW_IF_ELSE_ZERO(mask, yes) LANES(only)(mask, yes)
+#define LAW_IF_ELSE_ZERO(mask, yes) LANES(choose_or_zero)(mask, yes)
 #define LAW_SELECT(mask, yes, no)   LANES(pick)(mask, yes, no)
 #define LAW_AND(a, b)               ((a) & (b))
 #define LAW_OR(a, b)                ((a) | (b))
 #define LAW_NOT(mask)               ((masks) ~(mask))
 #define LAW_IS_SCALAR_TRUE(mask)    false
-#define LAW_MIN(a, b)               LANES(lesser)(a, b)
-#define LAW_MAX(a, b)               LANES(greater)(a, b)
+#define LAW_MIN(a, b)               LANES(min)(a, b)
+#define LAW_MAX(a, b)               LANES(max)(a, b)
 #define LAW_SIGN                    ((words)(-LAW_VALUE(0)))
 #define LAW_ABS(x)                  ((lanes)(~LAW_SIGN & (words)(x)))
 /* Returns `size` with the sign of `sign`; `size` must not be negative. */

@@ -32,10 +32,10 @@
 #define TARGET_CLONES
 #endif
 
-/* Bounds on the rates that a law adds to a mat: `rate2` is due to restoring forces, 1/s2; `damping`
- * to damping forces, 1/s. The bounds of several laws are added. */
-struct law_bound {
-    double rate2, damping;
+/* Bounds on the rates that a law adds to a mat: `rate_squared` is due to restoring forces, 1/s2;
+ * `damping` to damping forces, 1/s. The bounds of several laws are added. */
+struct law_rate_bound {
+    double rate_squared, damping;
 };
 
 /* Faster than fmin and fmax, which are function calls because they must handle NaN. */
@@ -66,7 +66,7 @@ enum joint_law { JOINT_LINEAR, JOINT_SLACK, JOINT_GRIT };
 /* Grit (dirt) between the plates of one joint: its force, the compression (grit/KL) at which it
  * yields, and the depth to which it extends. */
 struct joint_grit {
-    double resistance_lb, yield_ft, reach_ft;
+    double resistance_lb, yield_ft, grit_extent_ft;
 };
 
 LAW_INLINE enum joint_law joint_law(double slack_ft, bool gritty)
@@ -81,24 +81,25 @@ LAW_INLINE struct law_pull joint_pull(enum joint_law law, struct law_joint joint
         return law_pulled(joint.kl_lb_ft * g_ft + joint.cl_lb_s_ft * rate_ft_s, 0.0);
     if (law == JOINT_SLACK)
         grit = (struct joint_grit){0};
-    return law_joint_pull(joint, grit.resistance_lb, grit.yield_ft, grit.reach_ft, g_ft, rate_ft_s);
+    return law_joint_pull(joint, grit.resistance_lb, grit.yield_ft, grit.grit_extent_ft, g_ft,
+                          rate_ft_s);
 }
 
 /* Depth to which the grit initially extends in a joint with opening g. */
-LAW_INLINE double joint_initial_reach_ft(double g_ft, double slack_ft)
+LAW_INLINE double joint_initial_grit_extent_ft(double g_ft, double slack_ft)
 {
     return fmin(fmax(g_ft, 0.0), slack_ft);
 }
 
 /* Stretch (negative: compression) of the spring in a joint, for its elastic energy. */
 LAW_INLINE double joint_stretch_ft(enum joint_law law, double g_ft, double slack_ft,
-                                   double reach_ft)
+                                   double grit_extent_ft)
 {
     if (law == JOINT_LINEAR)
         return g_ft;
     if (g_ft > slack_ft)
         return g_ft - slack_ft;
-    return law_min(g_ft - (law == JOINT_GRIT ? reach_ft : 0.0), 0.0);
+    return law_min(g_ft - (law == JOINT_GRIT ? grit_extent_ft : 0.0), 0.0);
 }
 
 /* Mode of a joint with opening g: -1 pressed, 0 open, 1 hooked. */
@@ -109,7 +110,7 @@ LAW_INLINE signed char joint_mode(double g_ft, double slack_ft)
 
 /* True if a joint in this mode transmits force. The slopes of the force are then KL and CL,
  * otherwise 0. */
-LAW_INLINE bool joint_transmits(bool slack, int mode)
+LAW_INLINE bool joint_can_transmit_force(bool slack, int mode)
 {
     return !slack || mode != 0;
 }
@@ -137,11 +138,11 @@ LAW_INLINE double joint_margin_ft(int mode, double g_ft, double slack_ft, double
 
 /* Bound for a mat in a row of equal mats. `joined`: number of spring ends at the mat and its
  * neighbours; 4 in a chain, fewer for a single mat. */
-LAW_INLINE struct law_bound joint_bound(const struct law_joint *joint, double joined,
-                                        double mass_slug)
+LAW_INLINE struct law_rate_bound joint_rate_bound(const struct law_joint *joint, double joined,
+                                                  double mass_slug)
 {
-    return (struct law_bound){joined * joint->kl_lb_ft / mass_slug,
-                              joined * joint->cl_lb_s_ft / mass_slug};
+    return (struct law_rate_bound){joined * joint->kl_lb_ft / mass_slug,
+                                   joined * joint->cl_lb_s_ft / mass_slug};
 }
 
 /* Extension of the spring of a joint without grit; negative: compression. */
@@ -154,8 +155,8 @@ LAW_INLINE double law_spring_extension_ft(double g_ft, double slack_ft)
  * which the joint was closed counts. Without this weighting, the damper would act during the whole
  * step in which the joint closes, or not at all, and the error of its impulse would not decrease
  * with the step size. */
-LAW_INLINE double law_damped_rate_ft_s(double g_ft, double rate_ft_s, double slack_ft,
-                                       double step_s)
+LAW_INLINE double law_damper_speed_ft_s(double g_ft, double rate_ft_s, double slack_ft,
+                                        double step_s)
 {
     double now_ft = law_spring_extension_ft(g_ft, slack_ft),
            before_ft = law_spring_extension_ft(g_ft - rate_ft_s * step_s, slack_ft);
@@ -169,28 +170,28 @@ LAW_INLINE double law_damped_rate_ft_s(double g_ft, double rate_ft_s, double sla
  * + CT d' with torsion `deadband`, KT d + CT d' with `switched`. */
 
 /* Mode of a hinge that is turned by d: the sign of d if |d| is above TAD, otherwise 0. */
-LAW_INLINE signed char hinge_side(double turn_rad, double tad_rad)
+LAW_INLINE signed char hinge_mode(double angle_rad, double tad_rad)
 {
-    return turn_rad > tad_rad ? 1 : turn_rad < -tad_rad ? -1 : 0;
+    return angle_rad > tad_rad ? 1 : angle_rad < -tad_rad ? -1 : 0;
 }
 
 /* The angle that causes the moment: d, or the part of d beyond the free rotation TAD. */
-LAW_INLINE double hinge_effective_turn_rad(bool jumps, int side, double turn_rad, double tad_rad)
+LAW_INLINE double hinge_effective_angle_rad(bool jumps, int side, double angle_rad, double tad_rad)
 {
     if (!jumps)
-        turn_rad -= tad_rad * side;
-    return turn_rad;
+        angle_rad -= tad_rad * side;
+    return angle_rad;
 }
 
 /* Moment of an engaged hinge; its slopes are KT and CT. */
-LAW_INLINE double hinge_moment_lb_ft(double kt, double ct, double wound_rad, double rate_rad_s)
+LAW_INLINE double hinge_moment_lb_ft(double kt, double ct, double angle_rad, double rate_rad_s)
 {
-    return kt * wound_rad + ct * rate_rad_s;
+    return kt * angle_rad + ct * rate_rad_s;
 }
 
-LAW_INLINE double hinge_margin_rad(int side, double turn_rad, double tad_rad)
+LAW_INLINE double hinge_margin_rad(int side, double angle_rad, double tad_rad)
 {
-    return side ? side * turn_rad - tad_rad : tad_rad - fabs(turn_rad);
+    return side ? side * angle_rad - tad_rad : tad_rad - fabs(angle_rad);
 }
 
 /* ---- soil ---- */
@@ -205,7 +206,7 @@ LAW_INLINE double hinge_margin_rad(int side, double turn_rad, double tad_rad)
 /* In ft. Flat mats are at height 0 except for rounding errors, so a smaller lift is ignored. */
 #define SOIL_TOUCH_FT 1e-9
 
-LAW_INLINE double soil_lb(double kv, double cv, double y_ft, double rate_ft_s)
+LAW_INLINE double soil_force_lb(double kv, double cv, double y_ft, double rate_ft_s)
 {
     return kv * y_ft + cv * rate_ft_s;
 }
@@ -273,10 +274,11 @@ LAW_INLINE double friction_margin_lb(double c_lb, double push_lb)
 }
 
 /* Bound from the largest slope of the force, which only the law tanh has. */
-LAW_INLINE struct law_bound friction_bound(enum sim_friction law, double c_lb, double mass_slug,
-                                           double veps_ft_s)
+LAW_INLINE struct law_rate_bound friction_rate_bound(enum sim_friction law, double c_lb,
+                                                     double mass_slug, double veps_ft_s)
 {
-    return (struct law_bound){0.0, law == SIM_FRICTION_TANH ? c_lb / (mass_slug * veps_ft_s) : 0.0};
+    return (struct law_rate_bound){0.0,
+                                   law == SIM_FRICTION_TANH ? c_lb / (mass_slug * veps_ft_s) : 0.0};
 }
 
 /* Returns the speed, after the time h, of a mat with speed v under the force x and the Coulomb

@@ -41,14 +41,14 @@ static double elastic_plastic_force(double stiffness, double cap, double stretch
     return load;
 }
 
-/* Properties of each kind of restraint. `pulls_out`: a force beyond its grip pulls the restraint
+/* Properties of each kind of restraint. `can_pull_out`: a force beyond its grip pulls the restraint
  * out; its zero then follows x. `ends`: number of spring ends at the mat and its neighbours. */
 static const struct restraint_kind {
-    bool pulls_out, only_pulls;
+    bool can_pull_out, is_tension_only;
     double spring_end_count;
-} restraint_kinds[SIM_RESTRAINT_KINDS] = {
+} restraint_kinds[SIM_RESTRAINT_KIND_COUNT] = {
     [SIM_ANCHORS] = {true, false, 1.0},
-    [SIM_TIES] = {true, true, 1.0},
+    [SIM_TIE_DOWNS] = {true, true, 1.0},
     [SIM_ABSORBERS] = {false, false, 4.0},
 };
 
@@ -56,7 +56,7 @@ static void reset_restraints(struct restraints *r, const struct sim_scene *scene
 {
     const struct sim_list *zero = &r->parameters->zero_ft;
     for (int i = 0; i < r->count; i++) {
-        int at = mods_place(r->parameters->first_place, r->parameters->spacing, i);
+        int at = mods_nth_place(r->parameters->first_place, r->parameters->spacing, i);
         double start_ft = r->kind == SIM_ABSORBERS ? sim_scene_joint_value(&scene->gap0_ft, at)
                                                    : 0.0;
         r->zero_ft[i] = zero->count > 0 ? sim_scene_joint_value(zero, i + 1) : start_ft;
@@ -73,12 +73,12 @@ static double restraint_lb(struct restraints *r, int i, double x_ft, double rate
     const struct restraint_kind *kind = &restraint_kinds[r->kind];
     double spring_lb = s->k_lb_ft * (x_ft - r->zero_ft[i]);
     r->stretch_ft[i] = 0.0;
-    if (kind->only_pulls && !(spring_lb > 0.0))
+    if (kind->is_tension_only && !(spring_lb > 0.0))
         return 0.0;
-    if (kind->pulls_out)
+    if (kind->can_pull_out)
         spring_lb = elastic_plastic_force(s->k_lb_ft, s->grip_lb, x_ft, &r->zero_ft[i]);
     double lb = spring_lb + s->c_lb_s_ft * rate_ft_s;
-    lb = fmax(kind->only_pulls ? 0.0 : -s->grip_lb, fmin(lb, s->grip_lb));
+    lb = fmax(kind->is_tension_only ? 0.0 : -s->grip_lb, fmin(lb, s->grip_lb));
     r->load_lb[i] = fmax(r->load_lb[i], fabs(lb));
     r->stretch_ft[i] = x_ft - r->zero_ft[i];
     return lb;
@@ -112,7 +112,7 @@ static void find_braces(struct mods *m)
     }
     const struct sim_restraint *anchors = &m->scene->mods.restraint[SIM_ANCHORS];
     for (int i = 0; i < mods_restraint_count(m->scene, SIM_ANCHORS); i++)
-        m->brace_force_lb[mods_place(anchors->first_place, anchors->spacing, i)] = 1.0;
+        m->brace_force_lb[mods_nth_place(anchors->first_place, anchors->spacing, i)] = 1.0;
     for (int mat = 1; mat <= m->mats; mat++) {
         if (m->brace_force_lb[mat] > 0.0)
             m->brace_mat[m->brace_count++] = mat;
@@ -146,8 +146,8 @@ static void init_bands(struct mods *m, double *at)
             .is_riveted = m->state->band_mat + connection,
         };
         for (int c = 0; c < count; c++)
-            m->band[g].connection_mat[c] = mods_place(m->band[g].scene_bands->first_mat,
-                                                      m->band[g].scene_bands->spacing, c);
+            m->band[g].connection_mat[c] = mods_nth_place(m->band[g].scene_bands->first_mat,
+                                                          m->band[g].scene_bands->spacing, c);
         segment += (size_t)count + 1;
         connection += (size_t)count;
     }
@@ -271,8 +271,9 @@ static void reset_band_group(const struct mods *m, struct mods_bands *b)
         if (i == 0 || i == b->segment_count - 1)
             give_ft_lb += 1.0 / s->k_lb_ft;
         b->k_lb_ft[i] = 1.0 / give_ft_lb;
-        b->stretch_ft[i] = sim_scene_joint_value(&s->t0_lb, i + 1) * give_ft_lb -
-                           s->alpha_f * s->warming_degf * (to_ft - from_ft);
+        b->stretch_ft[i] = sim_scene_joint_value(&s->initial_tension_lb, i + 1) * give_ft_lb -
+                           s->thermal_expansion_per_degf * s->temperature_rise_degf *
+                               (to_ft - from_ft);
         b->tension_lb[i] = b->k_lb_ft[i] * b->stretch_ft[i];
         b->min_lb[i] = (double)INFINITY;
         b->max_lb[i] = -(double)INFINITY;
@@ -281,8 +282,8 @@ static void reset_band_group(const struct mods *m, struct mods_bands *b)
 
 /* Updates the bands from the positions of the mats. If `view` is NULL, resets them to the start of
  * the scene. */
-void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct sim_touch *touch,
-                     int count)
+void mods_apply_bands(struct mods *m, const struct mods_view *view, const struct sim_touch *touch,
+                      int count)
 {
     for (int i = 0; i < m->brace_count; i++)
         m->brace_force_lb[m->brace_mat[i]] = 0.0;
@@ -331,9 +332,9 @@ static void assign_state_arrays(struct mods_state *s)
     double **per_segment[] = {&s->band_lb, &s->band_min_lb, &s->band_max_lb};
     double **per_connection[] = {&s->band_slip_ft, &s->band_load_lb, &s->band_pulled_out,
                                  &s->band_mat};
-    double **per_cleat[] = {&s->cleat_left, &s->cleat_mat};
+    double **per_cleat[] = {&s->cleat_remaining_share, &s->cleat_mat};
     double **per_restraint[] = {&s->restraint_zero_ft, &s->restraint_load_lb, &s->restraint_places};
-    double **per_joint[] = {&s->stiff_gap_ft, &s->torn};
+    double **per_joint[] = {&s->stiffener_gap_ft, &s->torn};
     for (size_t i = 0; i < 3; i++, at += s->segment_count)
         *per_segment[i] = at;
     for (size_t i = 0; i < 4; i++, at += s->connection_count)
@@ -351,7 +352,7 @@ static struct mods_state *make_state(const struct sim_scene *scene)
 {
     size_t connections = 0, segments = 0, cleats = (size_t)mods_cleat_count(scene),
            joints = (size_t)scene->mats + 1, restraints = 0;
-    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++)
+    for (int k = 0; k < SIM_RESTRAINT_KIND_COUNT; k++)
         restraints += (size_t)mods_restraint_count(scene, k);
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         size_t of_group = (size_t)mods_connection_count(scene, g);
@@ -364,23 +365,23 @@ static struct mods_state *make_state(const struct sim_scene *scene)
     s->connection_count = connections;
     s->cleat_count = cleats;
     s->joint_count = joints;
-    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++)
+    for (int k = 0; k < SIM_RESTRAINT_KIND_COUNT; k++)
         s->restraint_counts[k] = (size_t)mods_restraint_count(scene, k);
     s->restraint_count = restraints;
     assign_state_arrays(s);
     return s;
 }
 
-struct mods_state *mods_finish(struct mods *m, const struct mods_view *view)
+struct mods_state *mods_copy_end_state(struct mods *m, const struct mods_view *view)
 {
     const struct mods_state *from = m->state;
     size_t size = sizeof *from + from->value_count * sizeof from->values[0];
     if (m->has_bands)
-        mods_pull_bands(m, view, NULL, 0);
+        mods_apply_bands(m, view, NULL, 0);
     for (size_t i = 0; i < from->segment_count; i++)
         from->band_lb[i] = m->band_lb[i];
     for (int j = 1; m->has_stiffeners && j <= m->mats + 1; j++)
-        from->stiff_gap_ft[j] = m->spring_gap_ft[j];
+        from->stiffener_gap_ft[j] = m->spring_gap_ft[j];
     struct mods_state *copy = xmalloc(size);
     memcpy(copy, from, size);
     assign_state_arrays(copy);
@@ -402,10 +403,11 @@ static void assign_arrays(struct mods *m)
 {
     size_t joints = (size_t)m->mats + 2;
     double *at = m->storage;
-    double **per_joint[] = {&m->spring_lb_ft,   &m->spring_gap_ft,    &m->spring_cap_lb,
-                            &m->turn_lb_ft_rad, &m->turn_yield_lb_ft, &m->turn_rad,
-                            &m->hull_points,    &m->cleat_rise_ft,    &m->brace_force_lb,
-                            &m->saved_thrust_lb};
+    double **per_joint[] = {&m->spring_lb_ft,        &m->spring_gap_ft,
+                            &m->spring_cap_lb,       &m->bending_stiffness_lb_ft_rad,
+                            &m->bending_yield_lb_ft, &m->bending_zero_rad,
+                            &m->hull_points,         &m->cleat_rise_ft,
+                            &m->brace_force_lb,      &m->saved_thrust_lb};
     for (size_t i = 0; i < 10; i++, at += joints)
         *per_joint[i] = at;
     m->restraint_stretch_ft = at;
@@ -413,7 +415,7 @@ static void assign_arrays(struct mods *m)
     if (m->has_bands)
         init_bands(m, at);
     size_t before = 0;
-    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++) {
+    for (int k = 0; k < SIM_RESTRAINT_KIND_COUNT; k++) {
         const struct sim_restraint *made = &m->scene->mods.restraint[k];
         double ends = m->state->restraint_counts[k] > 0 ? restraint_kinds[k].spring_end_count : 0.0;
         m->restraint[k] = (struct restraints){
@@ -436,14 +438,14 @@ struct mods *mods_make(const struct sim_scene *scene)
     const struct sim_mods *s = &scene->mods;
     bool anchored = mods_restraint_count(scene, SIM_ANCHORS) > 0;
     bool sprung = scene->left_end == SIM_END_SPRING || scene->right_end == SIM_END_SPRING;
-    if (!mods_are_given(scene))
+    if (!mods_are_present(scene))
         return NULL;
     struct mods *m = xmalloc(sizeof *m);
     *m = (struct mods){
         .scene = scene,
         .has_bands = s->band[0].count > 0.0 || s->band[1].count > 0.0 || anchored,
         .has_cleats = mods_cleat_count(scene) > 0 && s->cleat_hold_lb > 0.0,
-        .has_stiffeners = s->stiff_span_mats > 1,
+        .has_stiffeners = s->stiffener_span_mats > 1,
         .has_diagonal_lay = s->lay_deg > 0.0 && (s->lay_slide_lb > 0.0 || s->lay_mu > 0.0),
         .can_tear = s->tear_lb < HUGE_VAL || s->torn.count > 0,
         .mats = scene->mats,
@@ -453,7 +455,7 @@ struct mods *mods_make(const struct sim_scene *scene)
     m->has_joint_springs = m->has_stiffeners || m->has_diagonal_lay || m->can_tear || sprung ||
                            m->state->restraint_counts[SIM_ABSORBERS] > 0;
     m->acts_vertically = m->has_bands || m->has_stiffeners ||
-                         m->state->restraint_counts[SIM_TIES] > 0;
+                         m->state->restraint_counts[SIM_TIE_DOWNS] > 0;
     size_t bands = 3 * m->state->segment_count + 2 * m->state->connection_count +
                    2 * m->state->restraint_count;
     m->storage = xcalloc(bands + 10 * ((size_t)m->mats + 2), sizeof(double));
@@ -475,18 +477,19 @@ void mods_free(struct mods *m)
  * period to first + k period + span - 1. The lines are staggered evenly across the strip. */
 static int count_stiffener_lines(const struct sim_mods *s, int joint)
 {
-    int period = s->stiff_span_mats - 1 + (s->stiff_free_joints > 0 ? s->stiff_free_joints : 1),
+    int period = s->stiffener_span_mats - 1 +
+                 (s->stiffener_free_joints > 0 ? s->stiffener_free_joints : 1),
         lines = 0;
-    for (int line = 0; line < s->stiff_lines; line++) {
+    for (int line = 0; line < s->stiffener_line_count; line++) {
         /* position of the mat at the left of the joint, counted from the start of its stiffener */
-        int at = joint - 1 - (s->stiff_first + line * period / s->stiff_lines);
-        lines += at >= 0 && at % period < s->stiff_span_mats - 1;
+        int at = joint - 1 - (s->stiffener_first_mat + line * period / s->stiffener_line_count);
+        lines += at >= 0 && at % period < s->stiffener_span_mats - 1;
     }
     return lines;
 }
 
 /* Angle of a joint between two mats that lie on uneven ground. */
-static double laid_turn_rad(const struct sim_scene *scene, int joint)
+static double initial_joint_angle_rad(const struct sim_scene *scene, int joint)
 {
     const double *ground_ft = scene->ground_ft.values;
     if (!ground_ft || joint < 2 || joint > scene->mats)
@@ -506,12 +509,12 @@ static void reset_joints(struct mods *m)
         m->spring_gap_ft[j] = sim_scene_joint_value(&m->scene->gap0_ft, j);
         if (m->has_stiffeners && inner) {
             int lines = count_stiffener_lines(s, j);
-            m->spring_lb_ft[j] = lines * s->stiff_k_lb_ft;
-            m->spring_cap_lb[j] = lines > 0 ? lines * s->stiff_grip_lb : 0.0;
-            m->turn_lb_ft_rad[j] = lines * s->stiff_kt_lb_ft_rad;
-            m->turn_yield_lb_ft[j] = lines > 0 ? lines * s->stiff_yield_lb_ft : 0.0;
-            if (s->stiff_gap0_ft.count > 0)
-                m->spring_gap_ft[j] = sim_scene_joint_value(&s->stiff_gap0_ft, j);
+            m->spring_lb_ft[j] = lines * s->stiffener_k_lb_ft;
+            m->spring_cap_lb[j] = lines > 0 ? lines * s->stiffener_grip_lb : 0.0;
+            m->bending_stiffness_lb_ft_rad[j] = lines * s->stiffener_kt_lb_ft_rad;
+            m->bending_yield_lb_ft[j] = lines > 0 ? lines * s->stiffener_yield_lb_ft : 0.0;
+            if (s->stiffener_gap0_ft.count > 0)
+                m->spring_gap_ft[j] = sim_scene_joint_value(&s->stiffener_gap0_ft, j);
         } else if (m->has_diagonal_lay && inner) {
             m->spring_lb_ft[j] = m->scene->kl_lb_ft * tangent * tangent;
             m->spring_cap_lb[j] = s->lay_slide_lb * elementary_sin(s->lay_deg * RAD_PER_DEG);
@@ -520,7 +523,7 @@ static void reset_joints(struct mods *m)
             m->spring_lb_ft[j] = m->scene->end_k_lb_ft[j > 1];
             m->spring_cap_lb[j] = (double)INFINITY;
         }
-        m->turn_rad[j] = laid_turn_rad(m->scene, j);
+        m->bending_zero_rad[j] = initial_joint_angle_rad(m->scene, j);
         m->state->torn[j] = 0.0;
     }
     for (size_t i = 0; i < s->torn.count; i++)
@@ -531,22 +534,23 @@ void mods_reset(struct mods *m)
 {
     const struct sim_mods *s = &m->scene->mods;
     for (int i = 0; i < m->cleat_count; i++) {
-        m->state->cleat_left[i] = s->cleat_left.count ? sim_scene_joint_value(&s->cleat_left, i + 1)
-                                                      : 1.0;
-        m->state->cleat_mat[i] = mods_place(s->cleat_first, s->cleat_every, i);
+        m->state->cleat_remaining_share[i] =
+            s->cleat_remaining_share.count ? sim_scene_joint_value(&s->cleat_remaining_share, i + 1)
+                                           : 1.0;
+        m->state->cleat_mat[i] = mods_nth_place(s->cleat_first, s->cleat_every, i);
         m->cleat_rise_ft[i] = 0.0;
     }
-    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++)
+    for (int k = 0; k < SIM_RESTRAINT_KIND_COUNT; k++)
         reset_restraints(&m->restraint[k], m->scene);
     if (m->has_joint_springs)
         reset_joints(m);
     if (m->has_bands)
-        mods_pull_bands(m, NULL, NULL, 0);
+        mods_apply_bands(m, NULL, NULL, 0);
 }
 
 /* --- cleats --- */
 
-static int mods_cleat_of(const struct mods *m, int mat)
+static int find_cleat_of_mat(const struct mods *m, int mat)
 {
     if (!m->has_cleats)
         return -1;
@@ -554,10 +558,10 @@ static int mods_cleat_of(const struct mods *m, int mat)
     return mat >= first && (mat - first) % every == 0 ? (mat - first) / every : -1;
 }
 
-double mods_cleat_lb(const struct mods *m, int mat)
+double mods_cleat_hold_lb(const struct mods *m, int mat)
 {
-    int cleat = mods_cleat_of(m, mat);
-    return cleat < 0 ? 0.0 : m->scene->mods.cleat_hold_lb * m->state->cleat_left[cleat];
+    int cleat = find_cleat_of_mat(m, mat);
+    return cleat < 0 ? 0.0 : m->scene->mods.cleat_hold_lb * m->state->cleat_remaining_share[cleat];
 }
 
 /* Reduces the hold of cleats on moving mats: the soil behind a cleat yields, and the cleat
@@ -570,7 +574,7 @@ void mods_wear_cleats(struct mods *m, const struct mods_view *view, double h_s, 
     for (int i = from; i < m->cleat_count && begin + i * every <= last; i++) {
         double moved_ft = fabs(view_v_ft_s(view, m->mats, begin + i * every)) * h_s;
         if (moved_ft > 0.0)
-            m->state->cleat_left[i] *= elementary_exp(-moved_ft / s->cleat_travel_ft);
+            m->state->cleat_remaining_share[i] *= elementary_exp(-moved_ft / s->cleat_travel_ft);
     }
 }
 
@@ -594,7 +598,7 @@ static void load_absorbers(struct mods *m, const struct mods_view *view, int fir
     }
 }
 
-void mods_pull_joints(struct mods *m, const struct mods_view *view, int first, int last)
+void mods_add_joint_forces(struct mods *m, const struct mods_view *view, int first, int last)
 {
     const struct sim_mods *s = &m->scene->mods;
     double tangent = m->has_diagonal_lay ? elementary_tan(s->lay_deg * RAD_PER_DEG) : 0.0;
@@ -619,13 +623,14 @@ bool mods_is_torn(const struct mods *m, int joint)
     return m->can_tear && m->state->torn[joint] != 0.0;
 }
 
-/* Bending moment of the stiffeners at a joint that is turned by turn_rad. */
-static double mods_moment_lb_ft(struct mods *m, int joint, double turn_rad)
+/* Bending moment of the stiffeners at a joint that is turned by angle_rad. */
+static double mods_moment_lb_ft(struct mods *m, int joint, double angle_rad)
 {
-    if (!(m->turn_lb_ft_rad[joint] > 0.0))
+    if (!(m->bending_stiffness_lb_ft_rad[joint] > 0.0))
         return 0.0;
-    return elastic_plastic_force(m->turn_lb_ft_rad[joint], m->turn_yield_lb_ft[joint], turn_rad,
-                                 &m->turn_rad[joint]);
+    return elastic_plastic_force(m->bending_stiffness_lb_ft_rad[joint],
+                                 m->bending_yield_lb_ft[joint], angle_rad,
+                                 &m->bending_zero_rad[joint]);
 }
 
 /* --- all modifications --- */
@@ -633,7 +638,7 @@ static double mods_moment_lb_ft(struct mods *m, int joint, double turn_rad)
 double mods_energy_lb_ft(const struct mods *m, const struct mods_view *view)
 {
     double energy = m->has_bands ? mods_band_energy_lb_ft(m, view) : 0.0;
-    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++)
+    for (int k = 0; k < SIM_RESTRAINT_KIND_COUNT; k++)
         energy += restraints_energy_lb_ft(&m->restraint[k]);
     for (int j = 1; m->has_joint_springs && j <= m->mats + 1; j++) {
         double g_ft = joint_opening_ft(m, view, j) - m->spring_gap_ft[j];
@@ -677,18 +682,18 @@ void mods_describe(const struct mods *m, struct sim_result *result)
         sim_result_add_note(
             result, "cleats: %d, each holds %g lb when new (friction of a mat: %g lb)",
             m->cleat_count, s->cleat_hold_lb, m->scene->friction * m->scene->weight_lb);
-    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++) {
+    for (int k = 0; k < SIM_RESTRAINT_KIND_COUNT; k++) {
         const struct restraints *r = &m->restraint[k];
         if (r->count > 0)
             sim_result_add_note(result, "%ss: %d, %g lb/ft each%s", mods_restraint_name(r->kind),
                                 r->count, r->parameters->k_lb_ft,
-                                k == SIM_TIES && m->scene->model == SIM_MODEL_CHAIN
+                                k == SIM_TIE_DOWNS && m->scene->model == SIM_MODEL_CHAIN
                                     ? "; no effect in model chain, where nothing rises"
                                     : "");
     }
     if (m->has_stiffeners)
         sim_result_add_note(result, "stiffeners: %d line(s) over %d mats each; model %s",
-                            s->stiff_lines, s->stiff_span_mats,
+                            s->stiffener_line_count, s->stiffener_span_mats,
                             m->scene->model == SIM_MODEL_CHAIN ? "chain: stretch, but no bending"
                                                                : "consistent");
     if (m->has_diagonal_lay)
@@ -811,7 +816,7 @@ static void apply_tie_downs(struct restraints *r, const struct mods_heaving_part
     }
 }
 
-void mods_brace_heave(struct mods *m, const struct mods_heaving_part *h)
+void mods_compute_vertical_forces(struct mods *m, const struct mods_heaving_part *h)
 {
     for (int j = h->first; j <= h->last + 1; j++) {
         h->down_lb[j] = 0.0;
@@ -823,20 +828,21 @@ void mods_brace_heave(struct mods *m, const struct mods_heaving_part *h)
     }
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         const struct mods_bands *b = &m->band[g];
-        if (b->segment_count > 0 && b->scene_bands->acts_on == SIM_OVER_JOINTS)
+        if (b->segment_count > 0 && b->scene_bands->acts_on == SIM_BAND_OVER_JOINTS)
             press_crests(b, h);
-        for (int i = 0; i < b->segment_count && b->scene_bands->acts_on == SIM_OVER_RIVETS; i++)
+        for (int i = 0; i < b->segment_count && b->scene_bands->acts_on == SIM_BAND_OVER_RIVETS;
+             i++)
             press_nodes_under_band(m, b, h, i);
     }
-    apply_tie_downs(&m->restraint[SIM_TIES], h);
+    apply_tie_downs(&m->restraint[SIM_TIE_DOWNS], h);
 }
 
-double mods_rate2(const struct mods *m, double mass_slug, double inertia)
+double mods_rate_squared(const struct mods *m, double mass_slug, double inertia)
 {
     double length_ft = m->scene->length_ft, turn = 0.0, pull_lb = 0.0;
     double lightest = fmin(mass_slug, 4.0 * inertia / (length_ft * length_ft));
     for (int j = 1; m->has_stiffeners && j <= m->mats + 1; j++)
-        turn = fmax(turn, m->turn_lb_ft_rad[j]);
+        turn = fmax(turn, m->bending_stiffness_lb_ft_rad[j]);
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         double most_lb = 0.0;
         for (int i = 0; i < m->band[g].segment_count; i++)
@@ -844,10 +850,10 @@ double mods_rate2(const struct mods *m, double mass_slug, double inertia)
         pull_lb += most_lb;
     }
     double damping = 2.0 * mods_damping_lb_s_ft(m) / mass_slug +
-                     2.0 * m->restraint[SIM_TIES].row_c_lb_s_ft / lightest;
+                     2.0 * m->restraint[SIM_TIE_DOWNS].row_c_lb_s_ft / lightest;
     return mods_stiffness_lb_ft(m) / mass_slug + 4.0 * turn / inertia +
            2.0 * pull_lb * 4.0 / (length_ft * lightest) + damping * damping +
-           m->restraint[SIM_TIES].row_k_lb_ft / lightest;
+           m->restraint[SIM_TIE_DOWNS].row_k_lb_ft / lightest;
 }
 
 /* Returns the share of a cleat's hold that remains after the wheel presses the cleat back into the
@@ -864,7 +870,7 @@ static double remaining_hold_share(const struct sim_mods *s, double out)
 
 double mods_raised_cleat_hold_lb(struct mods *m, int mat, double left_y_ft, double right_y_ft)
 {
-    int cleat = mods_cleat_of(m, mat);
+    int cleat = find_cleat_of_mat(m, mat);
     if (cleat < 0)
         return 0.0;
     const struct sim_mods *s = &m->scene->mods;
@@ -872,29 +878,29 @@ double mods_raised_cleat_hold_lb(struct mods *m, int mat, double left_y_ft, doub
     raised_ft = raised_ft > 0.0 ? fmin(raised_ft, s->cleat_depth_ft) : 0.0;
     double in = 1.0 - raised_ft / s->cleat_depth_ft;
     m->cleat_rise_ft[cleat] = fmax(m->cleat_rise_ft[cleat], raised_ft);
-    double whole_lb = s->cleat_hold_lb * m->state->cleat_left[cleat];
+    double whole_lb = s->cleat_hold_lb * m->state->cleat_remaining_share[cleat];
     return s->cleat_exponent > 0.0 ? whole_lb * elementary_pow(in, s->cleat_exponent)
                                    : whole_lb * in * in;
 }
 
 /* Presses raised cleats under the wheel back into the soil. The part of a cleat that was out of the
  * soil bends. */
-void mods_press_cleats(struct mods *m, const struct sim_touch *touch, int count)
+void mods_bend_raised_cleats(struct mods *m, const struct sim_touch *touch, int count)
 {
     for (int i = 0; i < count; i++) {
-        int cleat = mods_cleat_of(m, touch[i].mat);
+        int cleat = find_cleat_of_mat(m, touch[i].mat);
         if (cleat < 0 || !(m->cleat_rise_ft[cleat] > 0.0))
             continue;
         const struct sim_mods *s = &m->scene->mods;
-        m->state->cleat_left[cleat] *=
+        m->state->cleat_remaining_share[cleat] *=
             remaining_hold_share(s, m->cleat_rise_ft[cleat] / s->cleat_depth_ft);
         m->cleat_rise_ft[cleat] = 0.0;
     }
 }
 
 /* Copies the numbers whose flag is set to the list. */
-static void set_flagged_numbers(struct sim_list *list, const double *flags, const double *numbers,
-                                size_t count)
+static void set_list_of_flagged_numbers(struct sim_list *list, const double *flags,
+                                        const double *numbers, size_t count)
 {
     double *found = xcalloc(count + 1, sizeof *found);
     size_t n = 0;
@@ -918,19 +924,19 @@ void mods_carry_over(struct sim_scene *scene, const struct sim_result *result)
         size_t count = (size_t)mods_connection_count(scene, g);
         if (count == 0)
             continue;
-        sim_scene_set_list(&b->t0_lb, s->band_lb + segment, count + 1);
+        sim_scene_set_list(&b->initial_tension_lb, s->band_lb + segment, count + 1);
         sim_scene_set_list(&b->slipped_ft, s->band_slip_ft + connection, count);
-        set_flagged_numbers(&b->pulled, s->band_pulled_out + connection, s->band_mat + connection,
-                            count);
-        b->warming_degf = 0.0;
+        set_list_of_flagged_numbers(&b->pulled, s->band_pulled_out + connection,
+                                    s->band_mat + connection, count);
+        b->temperature_rise_degf = 0.0;
         segment += count + 1;
         connection += count;
     }
     if (m->cleat_every > 0)
-        sim_scene_set_list(&m->cleat_left, s->cleat_left, s->cleat_count);
-    if (m->stiff_span_mats > 1)
-        sim_scene_set_list(&m->stiff_gap0_ft, s->stiff_gap_ft + 1, (size_t)scene->mats + 1);
-    for (int k = 0, i = 0; k < SIM_RESTRAINT_KINDS; k++) {
+        sim_scene_set_list(&m->cleat_remaining_share, s->cleat_remaining_share, s->cleat_count);
+    if (m->stiffener_span_mats > 1)
+        sim_scene_set_list(&m->stiffener_gap0_ft, s->stiffener_gap_ft + 1, (size_t)scene->mats + 1);
+    for (int k = 0, i = 0; k < SIM_RESTRAINT_KIND_COUNT; k++) {
         struct sim_list *zero = &m->restraint[k].zero_ft;
         size_t count = s->restraint_counts[k];
         if (count > 0)
@@ -941,5 +947,5 @@ void mods_carry_over(struct sim_scene *scene, const struct sim_result *result)
         i += (int)count;
     }
     if (m->tear_lb < HUGE_VAL)
-        set_flagged_numbers(&m->torn, s->torn, NULL, s->joint_count + 1);
+        set_list_of_flagged_numbers(&m->torn, s->torn, NULL, s->joint_count + 1);
 }

@@ -36,7 +36,7 @@ struct mods_view {
 struct mods_state {
     size_t segment_count, connection_count, cleat_count, joint_count;
     /* number of restraints of each kind, and of all kinds */
-    size_t restraint_counts[SIM_RESTRAINT_KINDS], restraint_count;
+    size_t restraint_counts[SIM_RESTRAINT_KIND_COUNT], restraint_count;
     double *band_lb;     /* tension of each segment at the end of the run */
     double *band_min_lb; /* smallest and (band_max_lb) largest tension of each segment in the run */
     double *band_max_lb;
@@ -44,14 +44,14 @@ struct mods_state {
     double *band_slip_ft;
     double *band_load_lb;    /* largest load on each connection so far */
     double *band_pulled_out; /* for each connection: 1 if its rivets are pulled out, otherwise 0 */
-    double *band_mat;   /* for each connection: number of the mat to which the band is riveted */
-    double *cleat_left; /* for each cleat: share of its hold that remains */
+    double *band_mat; /* for each connection: number of the mat to which the band is riveted */
+    double *cleat_remaining_share; /* for each cleat: share of its hold that remains */
     double *cleat_mat;
     /* For each restraint, ordered by kind: position at which its force is 0, largest load, number
      * of its mat or joint. */
     double *restraint_zero_ft, *restraint_load_lb, *restraint_places;
     /* For joints 1..N+1 ([0] unused): opening at which the stiffeners exert no force. */
-    double *stiff_gap_ft;
+    double *stiffener_gap_ft;
     double *torn; /* for each joint: 1 if it is torn, otherwise 0 */
     /* Largest difference of band_lb, band_min_lb or band_max_lb from those of the second run that
      * checks the first; for landings, twice that difference. */
@@ -95,7 +95,7 @@ struct mods {
     bool acts_vertically;
     int mats;
     struct mods_bands band[SIM_BAND_GROUPS];
-    struct restraints restraint[SIM_RESTRAINT_KINDS];
+    struct restraints restraint[SIM_RESTRAINT_KIND_COUNT];
     double *restraint_stretch_ft; /* present stretch of all restraints */
     double *band_lb;              /* tensions of all groups */
     int brace_count;              /* number of mats with anchors or riveted bands */
@@ -110,8 +110,9 @@ struct mods {
     double *cleat_rise_ft;
     double *hull_points; /* memory for the points of a band's path */
     /* For each joint: elastic-plastic spring that resists bending; planar model only. */
-    double *turn_lb_ft_rad, *turn_yield_lb_ft, *turn_rad;
-    struct mods_state *state; /* updated in each step, except band_lb, which mods_finish sets */
+    double *bending_stiffness_lb_ft_rad, *bending_yield_lb_ft, *bending_zero_rad;
+    struct mods_state
+        *state; /* updated in each step, except band_lb, which mods_copy_end_state sets */
     void *storage;
 };
 
@@ -123,19 +124,19 @@ void mods_free(struct mods *mods);
 /* Updates bands and anchors for one step: computes the tensions at the present displacements, the
  * slip of connections whose grip is exceeded, and the force on each mat with a brace. The wheel can
  * pull rivets out. */
-void mods_pull_bands(struct mods *mods, const struct mods_view *view, const struct sim_touch *touch,
-                     int count);
+void mods_apply_bands(struct mods *mods, const struct mods_view *view,
+                      const struct sim_touch *touch, int count);
 
 /* Returns the hold of the cleat on a mat, which is added to the limit of friction; 0 for a mat
  * without a cleat. */
-double mods_cleat_lb(const struct mods *mods, int mat);
+double mods_cleat_hold_lb(const struct mods *mods, int mat);
 /* Reduces the hold of the cleats on mats first..last that move in a step. */
 void mods_wear_cleats(struct mods *mods, const struct mods_view *view, double h_s, int first,
                       int last);
 
 /* Adds the forces of stiffeners, sliding joints, absorbers and end springs to the tensions of
  * joints first..last. A joint whose strength is exceeded is torn. */
-void mods_pull_joints(struct mods *mods, const struct mods_view *view, int first, int last);
+void mods_add_joint_forces(struct mods *mods, const struct mods_view *view, int first, int last);
 
 bool mods_is_torn(const struct mods *mods, int joint);
 
@@ -153,17 +154,18 @@ struct mods_heaving_part {
     double *down_lb;      /* output: downward force on each node */
     double *moment_lb_ft; /* output: moment of the stiffeners at each joint */
 };
-void mods_brace_heave(struct mods *mods, const struct mods_heaving_part *heave);
+void mods_compute_vertical_forces(struct mods *mods, const struct mods_heaving_part *heave);
 
 /* mods_raised_cleat_hold_lb returns the hold of the cleat on a mat whose ends are at depths Y
- * (positive down): the hold of a raised cleat is smaller. mods_press_cleats applies the wheel to
- * raised cleats: the part of the cleat that was out of the ground bends, which reduces the hold. */
+ * (positive down): the hold of a raised cleat is smaller. mods_bend_raised_cleats applies the wheel
+ * to raised cleats: the part of the cleat that was out of the ground bends, which reduces the
+ * hold. */
 double mods_raised_cleat_hold_lb(struct mods *mods, int mat, double left_y_ft, double right_y_ft);
-void mods_press_cleats(struct mods *mods, const struct sim_touch *touch, int count);
+void mods_bend_raised_cleats(struct mods *mods, const struct sim_touch *touch, int count);
 
 /* Square of the largest rate that the modifications add to the planar model, for the longest stable
  * step. */
-double mods_rate2(const struct mods *mods, double mass_slug, double inertia_slug_ft2);
+double mods_rate_squared(const struct mods *mods, double mass_slug, double inertia_slug_ft2);
 
 /* Elastic energy of the bands and of the springs across the joints. */
 double mods_energy_lb_ft(const struct mods *mods, const struct mods_view *view);
@@ -176,7 +178,7 @@ double mods_damping_lb_s_ft(const struct mods *mods);
 
 /* Returns a copy of the state at the end of a run, with the tensions at the final displacements.
  * NULL: not enough memory. */
-struct mods_state *mods_finish(struct mods *mods, const struct mods_view *view);
+struct mods_state *mods_copy_end_state(struct mods *mods, const struct mods_view *view);
 
 /* Largest difference between the band tensions of two runs. */
 double mods_difference_lb(const struct mods_state *a, const struct mods_state *b);

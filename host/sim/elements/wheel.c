@@ -20,7 +20,7 @@ void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
     wheel->rows = scene->path_count > 0 ? scene->path : wheel->straight_path;
     wheel->row_count = scene->path_count > 0 ? scene->path_count : 2;
     wheel->cursor = 0;
-    wheel->reached_s = (double)NAN;
+    wheel->span_end_s = (double)NAN;
     wheel->mat = 0;
     wheel->from_ft = wheel->to_ft = 0.0;
     wheel->length_ft = scene->length_ft;
@@ -110,22 +110,23 @@ static bool try_same_mat_span(struct sim_wheel *wheel, double t0_s, double t1_s,
                               struct sim_touch *touch)
 {
     const struct sim_path_row *row = &wheel->rows[wheel->cursor];
-    if (!(t0_s == wheel->reached_s && t0_s >= row[0].t_s && t1_s < row[1].t_s && t1_s > t0_s &&
+    if (!(t0_s == wheel->span_end_s && t0_s >= row[0].t_s && t1_s < row[1].t_s && t1_s > t0_s &&
           t1_s <= wheel->force_stop_s && wheel->thrust == SIM_THRUST_JUMP &&
-          wheel->reached_ft > wheel->from_ft && wheel->reached_ft < wheel->to_ft))
+          wheel->span_end_ft > wheel->from_ft && wheel->span_end_ft < wheel->to_ft))
         return false;
     double x_ft = interpolate_path(row, t1_s, row[0].x_ft, row[1].x_ft);
     if (!(x_ft > wheel->from_ft && x_ft < wheel->to_ft))
         return false;
-    wheel->reached_s = t1_s;
-    wheel->reached_ft = x_ft;
+    wheel->span_end_s = t1_s;
+    wheel->span_end_ft = x_ft;
     *touch = (struct sim_touch){
         wheel->mat, interpolate_path(row, 0.5 * (t0_s + t1_s), row[0].force_lb, row[1].force_lb),
         1.0};
     return true;
 }
 
-int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch)
+int sim_wheel_compute_action(struct sim_wheel *wheel, double t0_s, double t1_s,
+                             struct sim_touch *touch)
 {
     if (t1_s <= wheel->airborne_until_s)
         return 0;
@@ -133,14 +134,14 @@ int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim
         return 1;
     size_t c0 = find_row(wheel, t0_s);
     const struct sim_path_row *first = &wheel->rows[c0];
-    double x0_ft = t0_s == wheel->reached_s ? wheel->reached_ft
-                                            : interpolate_path(first, law_max(t0_s, first->t_s),
-                                                               first[0].x_ft, first[1].x_ft);
+    double x0_ft = t0_s == wheel->span_end_s ? wheel->span_end_ft
+                                             : interpolate_path(first, law_max(t0_s, first->t_s),
+                                                                first[0].x_ft, first[1].x_ft);
     double force_lb = mean_force_lb(wheel, c0, t0_s, t1_s);
     const struct sim_path_row *last = &wheel->rows[find_row(wheel, t1_s)];
     double x1_ft = interpolate_path(last, t1_s, last[0].x_ft, last[1].x_ft);
-    wheel->reached_s = t1_s; /* the next span starts here */
-    wheel->reached_ft = x1_ft;
+    wheel->span_end_s = t1_s; /* the next span starts here */
+    wheel->span_end_ft = x1_ft;
 
     double low_ft = law_min(x0_ft, x1_ft);
     double high_ft = law_max(x0_ft, x1_ft);
@@ -259,9 +260,9 @@ static enum mr_status add_spans(struct span_list *list, const struct sim_scene *
             middle = part.x0_ft + EDGE_TOLERANCE * length;
         double mat = floor(middle / length);
         part.mat = airborne || mat < 0.0 || mat >= scene->mats ? -1 : (int)mat;
-        part.share_mat = -2;
+        part.first_sharing_mat = -2;
         if (scene->thrust == SIM_THRUST_LINEAR && part.mat >= 0)
-            part.share_mat = (int)floor(middle / length - 0.5);
+            part.first_sharing_mat = (int)floor(middle / length - 0.5);
         whole.force_lb += whole.force_lb_per_s * (part.t1_s - part.t0_s);
         whole.t0_s = part.t1_s;
         append_span(list, &part, error);

@@ -33,8 +33,8 @@ struct sim_wheel {
     int mats;
     double force_stop_s;
     enum sim_thrust thrust;
-    double reached_s; /* end of the last span, and the position of the wheel at that time */
-    double reached_ft;
+    double span_end_s; /* end of the last span, and the position of the wheel at that time */
+    double span_end_ft;
     /* mat found last; the wheel is still on it while it is strictly between from_ft and to_ft */
     int mat;
     double from_ft;
@@ -51,7 +51,8 @@ void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene);
 /* Computes the action of the wheel on the mats over t0..t1 (t0 < t1). Returns the number of entries
  * in `touch`, at most SIM_WHEEL_TOUCHES_MAX. The aircraft must travel less than one mat in that
  * time. */
-int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch);
+int sim_wheel_compute_action(struct sim_wheel *wheel, double t0_s, double t1_s,
+                             struct sim_touch *touch);
 
 /* Returns true if t_s is after the last row of the path, so that nothing changes any more. */
 bool sim_wheel_is_past_path(const struct sim_wheel *wheel, double t_s);
@@ -75,7 +76,7 @@ struct span {
     int mat; /* mat under the wheel; with thrust `jump` it takes the whole thrust */
     /* Thrust `linear`: the first of the two mats that share the thrust (-1: mat 0 takes all of it).
      * Thrust `jump`: -2. */
-    int share_mat;
+    int first_sharing_mat;
 };
 
 struct span_list {
@@ -96,21 +97,26 @@ static inline double span_thrust_lb(const struct span *span, double length_ft, d
     double dt = t_s - span->t0_s;
     double force = span->force_lb + span->force_lb_per_s * dt;
     *rate = 0.0;
-    if (span->share_mat == -2) {
+    if (span->first_sharing_mat == -2) {
         if (mat != span->mat)
             return 0.0;
         *rate = span->force_lb_per_s;
         return force;
     }
-    if (span->share_mat == -1) {
+    if (span->first_sharing_mat == -1) {
         if (mat != 0)
             return 0.0;
         *rate = span->force_lb_per_s;
         return force;
     }
-    double right = (span->x0_ft + span->speed_ft_s * dt) / length_ft - 0.5 - span->share_mat;
-    double part = mat == span->share_mat ? 1.0 - right : mat == span->share_mat + 1 ? right : 0.0;
-    double part_rate = mat == span->share_mat ? -1.0 : mat == span->share_mat + 1 ? 1.0 : 0.0;
+    double right = (span->x0_ft + span->speed_ft_s * dt) / length_ft - 0.5 -
+                   span->first_sharing_mat;
+    double part = mat == span->first_sharing_mat     ? 1.0 - right
+                : mat == span->first_sharing_mat + 1 ? right
+                                                     : 0.0;
+    double part_rate = mat == span->first_sharing_mat     ? -1.0
+                     : mat == span->first_sharing_mat + 1 ? 1.0
+                                                          : 0.0;
     *rate = part * span->force_lb_per_s + part_rate * span->speed_ft_s / length_ft * force;
     return part * force;
 }

@@ -11,14 +11,14 @@ struct chains {
     unsigned mats, bays;
     /* range of bays (groups of mats) that are computed in any lane; low > high: none */
     unsigned awake_low, awake_high;
-    lanes kl_lb_ft, cl_lb_s_ft, slack_ft, friction_lb, per_lb, step_s;
+    lanes kl_lb_ft, cl_lb_s_ft, slack_ft, friction_lb, step_per_mass, step_s;
     /* for each bay and lane: -1 awake (computed), 0 asleep (at rest) */
     words awake[MR_CHAIN_BAYS + 2u];
     lanes u_ft[MR_CHAIN_INDICES], v_ft_s[MR_CHAIN_INDICES];
-    lanes gap_ft[MR_CHAIN_INDICES], reach_ft[MR_CHAIN_INDICES];
+    lanes gap_ft[MR_CHAIN_INDICES], grit_extent_ft[MR_CHAIN_INDICES];
     lanes grit_lb[MR_CHAIN_INDICES];
     /* compression at which the grit yields: force of the grit / stiffness */
-    lanes give_ft[MR_CHAIN_INDICES];
+    lanes grit_yield_ft[MR_CHAIN_INDICES];
     lanes push_lb[MR_CHAIN_INDICES]; /* thrust of the wheel during a step */
     words diverged;
 };
@@ -32,14 +32,14 @@ void chains_step(struct chains *c, const unsigned mat[CHAINS_LANES],
     LANES_CALL(step, c, mat, thrust_lb);
 }
 
-unsigned chains_settle(struct chains *c)
+unsigned chains_end_block(struct chains *c)
 {
-    return LANES_CALL(settle, c);
+    return LANES_CALL(end_block, c);
 }
 
-struct chains *chains_new(const struct mr_chain_params params[CHAINS_LANES],
-                          const float *const gap_ft[CHAINS_LANES],
-                          const float *const grit_lb[CHAINS_LANES], enum mr_status *status)
+struct chains *chains_make(const struct mr_chain_params params[CHAINS_LANES],
+                           const float *const gap_ft[CHAINS_LANES],
+                           const float *const grit_lb[CHAINS_LANES], enum mr_status *status)
 {
     struct mr_chain *one = xmalloc(sizeof *one);
     struct chains *c = xaligned_alloc(64, (sizeof *c + 63u) / 64u * 64u);
@@ -57,13 +57,13 @@ struct chains *chains_new(const struct mr_chain_params params[CHAINS_LANES],
         c->cl_lb_s_ft[k] = p.cl_lb_s_ft;
         c->slack_ft[k] = one->slack_ft;
         c->friction_lb[k] = one->friction_lb;
-        c->per_lb[k] = one->step_per_mass;
+        c->step_per_mass[k] = one->step_per_mass;
         c->step_s[k] = one->step_s;
         for (unsigned j = 1; j <= c->mats + 1u && *status == MR_OK; j++) {
             c->gap_ft[j][k] = one->gap_ft[j];
-            c->reach_ft[j][k] = one->reach_ft[j];
+            c->grit_extent_ft[j][k] = one->grit_extent_ft[j];
             c->grit_lb[j][k] = one->grit_lb[j];
-            c->give_ft[j][k] = one->grit_lb[j] / one->kl_lb_ft;
+            c->grit_yield_ft[j][k] = one->grit_lb[j] / one->kl_lb_ft;
         }
     }
     free(one);
@@ -88,10 +88,10 @@ float chains_displacement_ft(const struct chains *c, unsigned lane, unsigned mat
     return c->u_ft[mat][lane];
 }
 
-unsigned chains_mats_awake(const struct chains *c)
+unsigned chains_active_mats(const struct chains *c)
 {
     unsigned mats = 0;
     for (unsigned bay = c->awake_low; bay <= c->awake_high; bay++)
-        mats += any_plain(c->awake[bay]) ? last_of_plain(c, bay) - first_of_plain(bay) + 1u : 0u;
+        mats += any_plain(c->awake[bay]) ? last_mat_plain(c, bay) - first_mat_plain(bay) + 1u : 0u;
     return mats;
 }

@@ -20,7 +20,7 @@ typedef int64_t vector4_bits __attribute__((vector_size(8 * VECTOR_SIZE)));
 
 /* Computes tanh x = 1 - 2/(e^(2x) + 1) for x > 0. e^y = 2^k e^r with |r| <= ln 2 / 2. The Taylor
  * series of e^r is truncated where the remainder is below 1e-17. */
-static inline __attribute__((always_inline)) vector4 vector_tanh_of(vector4 x)
+static inline __attribute__((always_inline)) vector4 vector4_tanh(vector4 x)
 {
     const vector4_bits sign = (vector4_bits)(vector4){-0.0, -0.0, -0.0, -0.0};
     vector4 size = (vector4)((vector4_bits)x & ~sign);
@@ -45,11 +45,11 @@ TARGET_CLONES void vector_tanh(const double *restrict from, double scale, double
     int i = 0;
     for (; i + VECTOR_SIZE <= count; i += VECTOR_SIZE) {
         vector4 x = {from[2 * i], from[2 * i + 2], from[2 * i + 4], from[2 * i + 6]};
-        x = vector_tanh_of(scale * x);
+        x = vector4_tanh(scale * x);
         memcpy(to + i, &x, sizeof x);
     }
     for (; i < count; i++)
-        to[i] = vector_tanh_of((vector4){scale * from[2 * i]})[0];
+        to[i] = vector4_tanh((vector4){scale * from[2 * i]})[0];
 }
 
 /* ---- report model: from one end of the window to the other. Each mat's angular acceleration is
@@ -57,7 +57,7 @@ TARGET_CLONES void vector_tanh(const double *restrict from, double scale, double
 
 /* True if a flat mat stays flat: its joints transmit no moment, and the soil acts on both ends
  * alike. */
-KERNEL_INLINE bool is_staying_flat(const struct model *m, int n, const struct kernel_mat *mat)
+KERNEL_INLINE bool is_mat_staying_flat(const struct model *m, int n, const struct kernel_mat *mat)
 {
     return mat->s == 0.0 && mat->w == 0.0 && !m->torsion[n] && !m->torsion[n + 1] &&
            m->lift_shear_sign[n] == 0 && m->contact[n] == m->contact[n + 1] &&
@@ -78,7 +78,7 @@ KERNEL_INLINE void report_rates_kernel(const struct model *m, double t_s, const 
     double tension_l = kernel_tension_lb(m, first, &before, &mat, parts.has_full_profile,
                                          parts.has_slack);
     double moment_l = m->torsion[first] ? kernel_moment(m, first, &before, &mat) : 0.0;
-    double soil_l = kernel_soil_lb(m, p, v, first);
+    double soil_l = kernel_soil_force_lb(m, p, v, first);
     /* up: fraction of the time for which the held node (model.h) is off the ground */
     double height = 0.0, up = 0.0;
 
@@ -93,11 +93,11 @@ KERNEL_INLINE void report_rates_kernel(const struct model *m, double t_s, const 
             push += thrust.a_lb;
         if (n == thrust.mat_b)
             push += thrust.b_lb;
-        accel[2 * n + 1] = kernel_slide_lb(m, n, mat.v, push, 0.0, 0.0, parts.friction_law) *
-                           inverse_mass;
+        accel[2 * n + 1] =
+            kernel_sliding_force_lb(m, n, mat.v, push, 0.0, 0.0, parts.friction_law) * inverse_mass;
 
         /* without a moment, the soil forces at both ends are equal */
-        if (is_staying_flat(m, n, &mat)) {
+        if (is_mat_staying_flat(m, n, &mat)) {
             if (n == first)
                 accel[2 * n] = height = (m->q1_lb - 2.0 * soil_l) * inverse_mass;
             accel[2 * n + 2] = height;
@@ -106,7 +106,7 @@ KERNEL_INLINE void report_rates_kernel(const struct model *m, double t_s, const 
             moment_l = moment_r;
             continue;
         }
-        double soil_r = kernel_soil_lb(m, p, v, n + 1);
+        double soil_r = kernel_soil_force_lb(m, p, v, n + 1);
         double lift = m->lift_shear_sign[n];
         if (n == m->held_node)
             lift += up * (m->held_lift_shear_signs[1] - m->lift_shear_sign[n]);
@@ -179,15 +179,15 @@ KERNEL_INLINE double joint_moment_lb_ft(const struct model *m, int j, const stru
 {
     if (!m->torsion[j])
         return 0.0;
-    return kernel_moment_of(m, j, l, r,
-                            parts.are_tensions_given ? m->joint_kt_lb_ft_rad[j] : m->kt_lb_ft_rad);
+    return kernel_moment_with_stiffness(
+        m, j, l, r, parts.are_tensions_given ? m->joint_kt_lb_ft_rad[j] : m->kt_lb_ft_rad);
 }
 
-KERNEL_INLINE double node_soil_lb(const struct model *m, const double *p, const double *v, int node,
-                                  const struct kernel_parts parts)
+KERNEL_INLINE double get_node_soil_force_lb(const struct model *m, const double *p, const double *v,
+                                            int node, const struct kernel_parts parts)
 {
-    return parts.are_tensions_given ? kernel_soil_at_lb(m, p, v, node)
-                                    : kernel_soil_lb(m, p, v, node);
+    return parts.are_tensions_given ? kernel_local_soil_force_lb(m, p, v, node)
+                                    : kernel_soil_force_lb(m, p, v, node);
 }
 
 KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const double *z,
@@ -205,7 +205,7 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
     struct kernel_mat mat = moving_mat_state(m, p, v, first, inverse_length, parts);
     double tension_l = joint_tension_lb(m, first, &before, &mat, parts);
     double moment_l = joint_moment_lb_ft(m, first, &before, &mat, parts);
-    double soil_l = node_soil_lb(m, p, v, first, parts);
+    double soil_l = get_node_soil_force_lb(m, p, v, first, parts);
     if (parts.has_braces)
         moment_l += m->brace_moment_lb_ft[first];
     /* upper diagonal of the factored mass matrix; one value per mat */
@@ -219,7 +219,7 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
                                            : resting_mat_state(m, n + 1, inverse_length, parts);
         double tension_r = joint_tension_lb(m, n + 1, &mat, &after, parts);
         double moment_r = joint_moment_lb_ft(m, n + 1, &mat, &after, parts);
-        double soil_r = node_soil_lb(m, p, v, n + 1, parts);
+        double soil_r = get_node_soil_force_lb(m, p, v, n + 1, parts);
         if (parts.has_braces) {
             moment_r += m->brace_moment_lb_ft[n + 1];
             force += m->brace_force_lb[n];
@@ -229,7 +229,8 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
             push += thrust.a_lb;
         if (n == thrust.mat_b)
             push += thrust.b_lb;
-        accel[2 * n + 1] = kernel_slide_lb(m, n, mat.v, push, soil_l, soil_r, parts.friction_law) *
+        accel[2 * n + 1] = kernel_sliding_force_lb(m, n, mat.v, push, soil_l, soil_r,
+                                                   parts.friction_law) *
                            inverse_mass;
 
         if (parts.are_tensions_given) { /* inertia and weight are proportional to mass */
@@ -307,8 +308,8 @@ struct joint_slope {
 /* Derivatives of quantities of a mat with respect to its height difference dY. That of sin theta is
  * 1/L. */
 struct mat_slope {
-    double turn_by_y; /* d theta/d dY, and d theta'/d dY' */
-    double rate_by_y; /* d theta'/d dY */
+    double angle_by_y; /* d theta/d dY, and d theta'/d dY' */
+    double rate_by_y;  /* d theta'/d dY */
 };
 
 static struct mat_slope mat_slope_of(const struct model *m, const struct kernel_mat *mat)
@@ -329,7 +330,7 @@ static struct joint_slope tension_slope(const struct model *m, int j, const stru
     struct joint_slope t = {
         .value = kernel_tension_lb(m, j, l, r, m->has_full_profile, m->slack_ft > 0.0)};
     if ((j == 0 && m->is_left_free) || (j == m->mats && m->is_right_free) ||
-        !joint_transmits(m->slack_ft > 0.0, m->joint_mode[j]))
+        !joint_can_transmit_force(m->slack_ft > 0.0, m->joint_mode[j]))
         return t;
     add_difference(t.p, 1, 3, m->kl_lb_ft);
     add_difference(t.v, 1, 3, m->cl_lb_s_ft);
@@ -342,7 +343,7 @@ static struct joint_slope tension_slope(const struct model *m, int j, const stru
             double rate_p = m->half_ft * (slope.rate_by_y * mat->s + mat->w / m->length_ft);
             add_difference(t.p, 2 * k, 2 * k + 2, m->kl_lb_ft * gap + m->cl_lb_s_ft * rate_p);
             add_difference(t.v, 2 * k, 2 * k + 2,
-                           m->cl_lb_s_ft * m->half_ft * mat->s * slope.turn_by_y);
+                           m->cl_lb_s_ft * m->half_ft * mat->s * slope.angle_by_y);
         }
     }
     return t;
@@ -357,11 +358,11 @@ static struct joint_slope moment_slope(const struct model *m, int j, const struc
     t.value = kernel_moment(m, j, l, r);
     struct mat_slope left = mat_slope_of(m, l), right = mat_slope_of(m, r);
     add_difference(t.p, 0, 2,
-                   -m->kt_lb_ft_rad * left.turn_by_y - m->ct_lb_ft_s_rad * left.rate_by_y);
+                   -m->kt_lb_ft_rad * left.angle_by_y - m->ct_lb_ft_s_rad * left.rate_by_y);
     add_difference(t.p, 2, 4,
-                   m->kt_lb_ft_rad * right.turn_by_y + m->ct_lb_ft_s_rad * right.rate_by_y);
-    add_difference(t.v, 0, 2, -m->ct_lb_ft_s_rad * left.turn_by_y);
-    add_difference(t.v, 2, 4, m->ct_lb_ft_s_rad * right.turn_by_y);
+                   m->kt_lb_ft_rad * right.angle_by_y + m->ct_lb_ft_s_rad * right.rate_by_y);
+    add_difference(t.v, 0, 2, -m->ct_lb_ft_s_rad * left.angle_by_y);
+    add_difference(t.v, 2, 4, m->ct_lb_ft_s_rad * right.angle_by_y);
     return t;
 }
 
@@ -370,8 +371,8 @@ struct jacobian_rows {
     double *mass, *dr_dp, *dr_dv;
 };
 
-static void add_to_band(const struct jacobian_rows *r, double *band, int row, int column,
-                        double value)
+static void add_band_element(const struct jacobian_rows *r, double *band, int row, int column,
+                             double value)
 {
     if (value != 0.0 && column >= 2 * r->m->first_mat && column <= 2 * r->m->last_mat + 2)
         band[row * MODEL_ROW_LENGTH + column - row + MODEL_HALF_BANDWIDTH] += value;
@@ -379,21 +380,21 @@ static void add_to_band(const struct jacobian_rows *r, double *band, int row, in
 
 /* Adds a gradient with respect to Y_{n-1}..Y_{n+2}, multiplied by `scale`, to a row of the matrix
  * (7 values from column 2n-2). */
-static void put_mat_gradient(const struct jacobian_rows *r, int row, int n, double scale,
+static void add_mat_gradient(const struct jacobian_rows *r, int row, int n, double scale,
                              const double *p, const double *v)
 {
     for (int k = 0; k < 7; k++) {
-        add_to_band(r, r->dr_dp, row, 2 * n - 2 + k, scale * p[k]);
-        add_to_band(r, r->dr_dv, row, 2 * n - 2 + k, scale * v[k]);
+        add_band_element(r, r->dr_dp, row, 2 * n - 2 + k, scale * p[k]);
+        add_band_element(r, r->dr_dv, row, 2 * n - 2 + k, scale * v[k]);
     }
 }
 
-static void put_soil_gradient(const struct jacobian_rows *r, int row, int node, double scale)
+static void add_soil_gradient(const struct jacobian_rows *r, int row, int node, double scale)
 {
     if (!r->m->contact[node])
         return;
-    add_to_band(r, r->dr_dp, row, 2 * node, scale * r->m->kv_lb_ft);
-    add_to_band(r, r->dr_dv, row, 2 * node, scale * r->m->cv_lb_s_ft);
+    add_band_element(r, r->dr_dp, row, 2 * node, scale * r->m->kv_lb_ft);
+    add_band_element(r, r->dr_dv, row, 2 * node, scale * r->m->cv_lb_s_ft);
 }
 
 static void displacement_row(const struct jacobian_rows *r, double t_s, const double *z, int n,
@@ -404,29 +405,29 @@ static void displacement_row(const struct jacobian_rows *r, double t_s, const do
     int row = 2 * n + 1;
     double rate;
     if (m->friction_law == SIM_FRICTION_STICK && m->slide_direction[n] == 0) {
-        add_to_band(r, r->mass, row, row, 1.0);
+        add_band_element(r, r->mass, row, row, 1.0);
         return;
     }
-    add_to_band(r, r->mass, row, row, m->mass_slug);
+    add_band_element(r, r->mass, row, row, m->mass_slug);
     for (int k = 0; k < 5; k++) {
-        add_to_band(r, r->dr_dp, row, 2 * n - 2 + k, -left->p[k]);
-        add_to_band(r, r->dr_dv, row, 2 * n - 2 + k, -left->v[k]);
-        add_to_band(r, r->dr_dp, row, 2 * n + k, right->p[k]);
-        add_to_band(r, r->dr_dv, row, 2 * n + k, right->v[k]);
+        add_band_element(r, r->dr_dp, row, 2 * n - 2 + k, -left->p[k]);
+        add_band_element(r, r->dr_dv, row, 2 * n - 2 + k, -left->v[k]);
+        add_band_element(r, r->dr_dp, row, 2 * n + k, right->p[k]);
+        add_band_element(r, r->dr_dv, row, 2 * n + k, right->v[k]);
     }
     double smooth = m->friction_law == SIM_FRICTION_TANH ? elementary_tanh(mat->v / m->veps_ft_s)
                                                          : 0.0;
     double share = friction_share(m->friction_law, mat->v, m->slide_direction[n], smooth);
     if (m->friction_law == SIM_FRICTION_TANH)
-        add_to_band(r, r->dr_dv, row, row,
-                    friction_slope_lb_s_ft(m->friction_law, model_friction_limit_lb(m, z, n), share,
-                                           m->veps_ft_s));
+        add_band_element(r, r->dr_dv, row, row,
+                         friction_slope_lb_s_ft(m->friction_law, model_friction_limit_lb(m, z, n),
+                                                share, m->veps_ft_s));
     if (m->elements.count > 0)
-        add_to_band(r, r->dr_dv, row, row,
-                    element_slope_lb_s_ft(&m->elements, model_element_mat(m, z, n)));
+        add_band_element(r, r->dr_dv, row, row,
+                         element_slope_lb_s_ft(&m->elements, model_element_mat(m, z, n)));
     if (m->has_soil_normal) {
-        put_soil_gradient(r, row, n, -share * m->friction_coefficient);
-        put_soil_gradient(r, row, n + 1, -share * m->friction_coefficient);
+        add_soil_gradient(r, row, n, -share * m->friction_coefficient);
+        add_soil_gradient(r, row, n + 1, -share * m->friction_coefficient);
     }
     if (m->span.mat >= 0) {
         span_thrust_lb(&m->span, m->length_ft, t_s, n, &rate);
@@ -460,7 +461,7 @@ static void report_rows(const struct jacobian_rows *r, const double *z, int n,
     const double *zp = z, *zv = z + m->coordinate_count;
     double h = m->half_ft, length = m->length_ft;
     double lean = -mat->s / mat->c / length; /* derivative of cos theta with respect to dY */
-    double soil = kernel_soil_lb(m, zp, zv, n) - kernel_soil_lb(m, zp, zv, n + 1) +
+    double soil = kernel_soil_force_lb(m, zp, zv, n) - kernel_soil_force_lb(m, zp, zv, n + 1) +
                   m->lift_shear_sign[n] * m->lift_shear_lb;
     struct mat_slope slope = mat_slope_of(m, mat);
     add_difference(p, 2, 4, h * lean * soil);
@@ -479,30 +480,30 @@ static void report_rows(const struct jacobian_rows *r, const double *z, int n,
     add_difference(p, 2, 4,
                    lean * turning / m->inertia_slug_ft2 - mat->w * mat->w / length -
                        2.0 * mat->s * mat->w * slope.rate_by_y);
-    add_difference(v, 2, 4, -2.0 * mat->s * mat->w * slope.turn_by_y);
+    add_difference(v, 2, 4, -2.0 * mat->s * mat->w * slope.angle_by_y);
 
     int row = 2 * n + 2;
-    add_to_band(r, r->mass, row, row, 1.0);
+    add_band_element(r, r->mass, row, row, 1.0);
     if (n == 0 && m->held_node >= 0 && m->held_node <= 1) {
         /* In this row, the acceleration of the held node is 0, so the other end of mat 1
          * accelerates twice as fast as its middle. */
         int other = m->held_node == 0 ? row : row - 2;
-        add_to_band(r, r->mass, 0, 0, 1.0);
-        put_soil_gradient(r, other, 0, -2.0 / m->mass_slug);
-        put_soil_gradient(r, other, 1, -2.0 / m->mass_slug);
+        add_band_element(r, r->mass, 0, 0, 1.0);
+        add_soil_gradient(r, other, 0, -2.0 / m->mass_slug);
+        add_soil_gradient(r, other, 1, -2.0 / m->mass_slug);
         return;
     }
     if (n == m->held_node - 1)
         return; /* the acceleration of the held node is 0 */
-    add_to_band(r, r->mass, row, row - 2, -1.0);
-    put_mat_gradient(r, row, n, length, p, v);
+    add_band_element(r, r->mass, row, row - 2, -1.0);
+    add_mat_gradient(r, row, n, length, p, v);
     if (n == m->first_mat) {
         row = 2 * n;
-        add_to_band(r, r->mass, row, row, 1.0);
-        put_soil_gradient(r, row, n, -(n == 0 ? 1.0 : 2.0) / m->mass_slug);
+        add_band_element(r, r->mass, row, row, 1.0);
+        add_soil_gradient(r, row, n, -(n == 0 ? 1.0 : 2.0) / m->mass_slug);
         if (n == 0) {
-            put_soil_gradient(r, row, 1, -1.0 / m->mass_slug);
-            put_mat_gradient(r, row, 0, -h, p, v);
+            add_soil_gradient(r, row, 1, -1.0 / m->mass_slug);
+            add_mat_gradient(r, row, 0, -h, p, v);
         }
     }
 }
@@ -517,34 +518,35 @@ static void consistent_rows(const struct jacobian_rows *r, const double *accel, 
     struct mat_slope slope = mat_slope_of(m, mat);
     double spin = m->inertia_slug_ft2 * mat->s * mat->w / (length * c2);
     for (int k = 0; k < 7; k++) {
-        p[k] *= slope.turn_by_y;
-        v[k] *= slope.turn_by_y;
+        p[k] *= slope.angle_by_y;
+        v[k] *= slope.angle_by_y;
     }
-    /* derivative of 1/(L cos theta) with respect to dY: turn_by_y s/(c^2 L); the derivative of s
+    /* derivative of 1/(L cos theta) with respect to dY: angle_by_y s/(c^2 L); the derivative of s
      * w^2/c^2 has three terms */
     add_difference(p, 2, 4,
-                   turning * slope.turn_by_y * mat->s / c2 / length - 2.0 * spin * slope.rate_by_y -
+                   turning * slope.angle_by_y * mat->s / c2 / length -
+                       2.0 * spin * slope.rate_by_y -
                        m->inertia_slug_ft2 * mat->w * mat->w / (length * c2) *
                            (1.0 + 2.0 * mat->s * mat->s / c2) / length);
-    add_difference(v, 2, 4, -2.0 * spin * slope.turn_by_y);
-    put_mat_gradient(r, 2 * n, n, -1.0, p, v);
-    put_mat_gradient(r, 2 * n + 2, n, 1.0, p, v);
-    add_to_band(r, r->mass, 2 * n, 2 * n, quarter + a);
-    add_to_band(r, r->mass, 2 * n, 2 * n + 2, quarter - a);
-    add_to_band(r, r->mass, 2 * n + 2, 2 * n + 2, quarter + a);
-    add_to_band(r, r->mass, 2 * n + 2, 2 * n, quarter - a);
+    add_difference(v, 2, 4, -2.0 * spin * slope.angle_by_y);
+    add_mat_gradient(r, 2 * n, n, -1.0, p, v);
+    add_mat_gradient(r, 2 * n + 2, n, 1.0, p, v);
+    add_band_element(r, r->mass, 2 * n, 2 * n, quarter + a);
+    add_band_element(r, r->mass, 2 * n, 2 * n + 2, quarter - a);
+    add_band_element(r, r->mass, 2 * n + 2, 2 * n + 2, quarter + a);
+    add_band_element(r, r->mass, 2 * n + 2, 2 * n, quarter - a);
     /* derivative of the mass matrix, times accel */
     double change = a_y * (accel[2 * n + 2] - accel[2 * n]);
-    add_to_band(r, r->dr_dp, 2 * n, 2 * n + 2, change);
-    add_to_band(r, r->dr_dp, 2 * n, 2 * n, -change);
-    add_to_band(r, r->dr_dp, 2 * n + 2, 2 * n + 2, -change);
-    add_to_band(r, r->dr_dp, 2 * n + 2, 2 * n, change);
-    put_soil_gradient(r, 2 * n, n, -1.0);
-    put_soil_gradient(r, 2 * n + 2, n + 1, -1.0);
+    add_band_element(r, r->dr_dp, 2 * n, 2 * n + 2, change);
+    add_band_element(r, r->dr_dp, 2 * n, 2 * n, -change);
+    add_band_element(r, r->dr_dp, 2 * n + 2, 2 * n + 2, -change);
+    add_band_element(r, r->dr_dp, 2 * n + 2, 2 * n, change);
+    add_soil_gradient(r, 2 * n, n, -1.0);
+    add_soil_gradient(r, 2 * n + 2, n + 1, -1.0);
 }
 
 /* Sets the row of an outermost node of the window, which does not move in the consistent model. */
-static void fix_row(const struct jacobian_rows *r, int row)
+static void set_fixed_node_row(const struct jacobian_rows *r, int row)
 {
     size_t from = (size_t)row * MODEL_ROW_LENGTH;
     memset(r->mass + from, 0, MODEL_ROW_LENGTH * sizeof *r->mass);
@@ -585,9 +587,9 @@ void model_linearise(struct model *m, double t_s, const double *z, const double 
         moment_l = moment_r;
     }
     if (m->is_consistent && m->first_mat > 0)
-        fix_row(&rows, 2 * m->first_mat);
+        set_fixed_node_row(&rows, 2 * m->first_mat);
     if (m->is_consistent && m->last_mat < m->mats - 1)
-        fix_row(&rows, 2 * m->last_mat + 2);
+        set_fixed_node_row(&rows, 2 * m->last_mat + 2);
 }
 
 /* ---- banded matrices ---- */

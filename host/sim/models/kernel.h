@@ -49,12 +49,12 @@ KERNEL_INLINE struct kernel_thrust kernel_thrust(const struct model *m, double t
     double rate;
     if (m->span.mat < 0)
         return thrust;
-    thrust.mat_a = m->span.share_mat == -2 ? m->span.mat
-                 : m->span.share_mat < 0   ? 0
-                                           : m->span.share_mat;
+    thrust.mat_a = m->span.first_sharing_mat == -2 ? m->span.mat
+                 : m->span.first_sharing_mat < 0   ? 0
+                                                   : m->span.first_sharing_mat;
     thrust.a_lb = span_thrust_lb(&m->span, m->length_ft, t_s, thrust.mat_a, &rate);
-    if (m->span.share_mat >= 0) {
-        thrust.mat_b = m->span.share_mat + 1;
+    if (m->span.first_sharing_mat >= 0) {
+        thrust.mat_b = m->span.first_sharing_mat + 1;
         thrust.b_lb = span_thrust_lb(&m->span, m->length_ft, t_s, thrust.mat_b, &rate);
     }
     return thrust;
@@ -118,40 +118,42 @@ KERNEL_INLINE double kernel_tension_lb(const struct model *m, int j, const struc
     return joint_mode_force_lb(&joint, slack, slack ? m->joint_mode[j] : 0, g, rate);
 }
 
-KERNEL_INLINE double kernel_turn_rad(const struct kernel_mat *l, const struct kernel_mat *r)
+KERNEL_INLINE double kernel_joint_angle_rad(const struct kernel_mat *l, const struct kernel_mat *r)
 {
     return (r->s != 0.0 ? elementary_asin(r->s) : 0.0) -
            (l->s != 0.0 ? elementary_asin(l->s) : 0.0);
 }
 
 /* Moment in joint j, which must be engaged. */
-KERNEL_INLINE double kernel_moment_of(const struct model *m, int j, const struct kernel_mat *l,
-                                      const struct kernel_mat *r, double kt)
+KERNEL_INLINE double kernel_moment_with_stiffness(const struct model *m, int j,
+                                                  const struct kernel_mat *l,
+                                                  const struct kernel_mat *r, double kt)
 {
-    double wound = hinge_effective_turn_rad(m->does_torsion_jump, m->torsion[j],
-                                            kernel_turn_rad(l, r), m->tad_rad);
+    double wound = hinge_effective_angle_rad(m->has_torsion_jump, m->torsion[j],
+                                             kernel_joint_angle_rad(l, r), m->tad_rad);
     return hinge_moment_lb_ft(kt, m->ct_lb_ft_s_rad, wound, r->w - l->w);
 }
 
 KERNEL_INLINE double kernel_moment(const struct model *m, int j, const struct kernel_mat *l,
                                    const struct kernel_mat *r)
 {
-    return kernel_moment_of(m, j, l, r, m->kt_lb_ft_rad);
+    return kernel_moment_with_stiffness(m, j, l, r, m->kt_lb_ft_rad);
 }
 
-KERNEL_INLINE double kernel_soil_lb(const struct model *m, const double *p, const double *v,
-                                    int node)
+KERNEL_INLINE double kernel_soil_force_lb(const struct model *m, const double *p, const double *v,
+                                          int node)
 {
-    return m->contact[node] ? soil_lb(m->kv_lb_ft, m->cv_lb_s_ft, p[2 * node], v[2 * node]) : 0.0;
+    return m->contact[node] ? soil_force_lb(m->kv_lb_ft, m->cv_lb_s_ft, p[2 * node], v[2 * node])
+                            : 0.0;
 }
 
-/* Force of the soil at a node with its own soil properties, as kernel_soil_lb. */
-KERNEL_INLINE double kernel_soil_at_lb(const struct model *m, const double *p, const double *v,
-                                       int node)
+/* Force of the soil at a node with its own soil properties, as kernel_soil_force_lb. */
+KERNEL_INLINE double kernel_local_soil_force_lb(const struct model *m, const double *p,
+                                                const double *v, int node)
 {
-    return m->contact[node]
-             ? soil_lb(m->node_kv_lb_ft[node], m->node_cv_lb_s_ft[node], p[2 * node], v[2 * node])
-             : 0.0;
+    return m->contact[node] ? soil_force_lb(m->node_kv_lb_ft[node], m->node_cv_lb_s_ft[node],
+                                            p[2 * node], v[2 * node])
+                            : 0.0;
 }
 
 KERNEL_INLINE double kernel_limit_lb(const struct model *m, int n, double soil_l, double soil_r)
@@ -162,7 +164,7 @@ KERNEL_INLINE double kernel_limit_lb(const struct model *m, int n, double soil_l
            (n == m->span.mat ? m->friction_coefficient * m->wheel_load_lb : 0.0);
 }
 
-/* Prepares the values that kernel_slide_lb needs for the law tanh. */
+/* Prepares the values that kernel_sliding_force_lb needs for the law tanh. */
 KERNEL_INLINE void kernel_prepare(const struct model *m, const double *v, enum sim_friction law)
 {
     if (law == SIM_FRICTION_TANH)
@@ -171,8 +173,8 @@ KERNEL_INLINE void kernel_prepare(const struct model *m, const double *v, enum s
 }
 
 /* Force m u'' on a mat: the push x minus friction. */
-KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, double x,
-                                     double soil_l, double soil_r, enum sim_friction law)
+KERNEL_INLINE double kernel_sliding_force_lb(const struct model *m, int n, double v, double x,
+                                             double soil_l, double soil_r, enum sim_friction law)
 {
     if (law == SIM_FRICTION_STICK && m->slide_direction[n] == 0)
         return 0.0;

@@ -37,7 +37,7 @@ static enum mr_status check_scene(const struct sim_scene *scene, bool grit, stru
         {has_grit(scene), "grit", "chain or consistent"},
         {sim_scene_is_varied(scene), "a list of KV, CV, KL, KT, W or v0, or an end weight",
          "chain or consistent"},
-        {mods_are_given(scene), "a modified runway (bands, cleats and others)",
+        {mods_are_present(scene), "a modified runway (bands, cleats and others)",
          "chain or consistent"},
         {scene->element_values[ELEMENT_gear_ground] > 0.0, "gear_k_lb_ft", "chain or consistent"},
         {scene->ground_ft.count > 0, "ground", "consistent"},
@@ -87,7 +87,7 @@ static enum mr_status check_scene(const struct sim_scene *scene, bool grit, stru
  * falls by the ratio (D - sqrt(D^2 - 4 B^2))/(2 |B|), where D is the diagonal element of the matrix
  * and B the element beside it. This gives 12 mats for the mats of the report, and many if I is far
  * above m L^2/4. */
-static int load_tail_mat_count(const struct model *m)
+static int compute_load_tail_mats(const struct model *m)
 {
     double quarter = 0.25 * m->mass_slug,
            turn = m->inertia_slug_ft2 / (m->length_ft * m->length_ft);
@@ -128,13 +128,13 @@ enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit,
         .lift_shear_lb = s->lift_shear_lb,
         .q1_lb = s->q1_lb,
         .has_full_profile = s->profile == SIM_PROFILE_FULL,
-        .does_torsion_jump = s->tad_mode == SIM_TAD_SWITCHED,
+        .has_torsion_jump = s->tad_mode == SIM_TAD_SWITCHED,
         .is_left_free = s->left_end != SIM_END_FIXED,
         .is_right_free = s->right_end != SIM_END_FIXED,
         .has_left_torsion = s->left_torsion == SIM_END_FREE,
         .has_right_torsion = s->right_torsion == SIM_END_FREE,
         .friction_law = s->friction > 0.0 ? s->friction_law : SIM_FRICTION_NONE,
-        .elements = element_set_of(s),
+        .elements = element_set_from_scene(s),
         .lift_shear = s->lift_shear_lb == 0.0 || s->model == SIM_MODEL_CONSISTENT ? SIM_SHEAR_NONE
                                                                                   : s->lift_shear,
         .held_node = -1,
@@ -145,7 +145,7 @@ enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit,
                          s->friction_normal == SIM_NORMAL_SOIL;
     if (check_scene(s, grit, error) != MR_OK)
         return error->status;
-    m->load_tail_mats = load_tail_mat_count(m);
+    m->load_tail_mats = compute_load_tail_mats(m);
     m->storage = xcalloc(5 * (nodes + 1), sizeof *m->storage);
     m->contact = xcalloc(5 * (nodes + 1), sizeof *m->contact);
     m->mass_upper = m->storage;
@@ -244,7 +244,7 @@ double model_lift_ft(const struct model *m, const double *z, int *node_from_1)
     return z[2 * apex] < -SOIL_TOUCH_FT ? -z[2 * apex] : 0.0;
 }
 
-double model_worst_angle_deg(const struct model *m, const double *z, int *mat_from_1)
+double model_largest_angle_deg(const struct model *m, const double *z, int *mat_from_1)
 {
     double worst = 0.0;
     *mat_from_1 = 1;
@@ -342,7 +342,7 @@ double model_fastest_rate(struct model *m, const double *z, enum model_rate_kind
         }
     }
     if (m->elements.count > 0) /* a bound that holds for any state */
-        rate = fmax(rate, element_bound(&m->elements, m->mass_slug).damping);
+        rate = fmax(rate, element_rate_bound(&m->elements, m->mass_slug).damping);
     m->elements.count = elements;
     free(work);
     free(pivot);
@@ -353,18 +353,18 @@ double model_fastest_rate(struct model *m, const double *z, enum model_rate_kind
 void model_describe(const struct model *m, struct sim_result *result)
 {
     if (m->friction_law == SIM_FRICTION_NONE)
-        sim_result_add_left_out(result, "friction (none)");
+        sim_result_add_omitted_effect(result, "friction (none)");
     if (m->slack_ft > 0.0 && has_grit(m->scene))
         sim_result_add_note(
             result, "grit: a joint opens freely; each time it closes, it must overcome its grit");
     if (m->slack_ft <= 0.0)
-        sim_result_add_left_out(result, "slack (0)");
+        sim_result_add_omitted_effect(result, "slack (0)");
     if (!m->has_full_profile)
-        sim_result_add_left_out(result, "shortening of tilted mats (profile low)");
+        sim_result_add_omitted_effect(result, "shortening of tilted mats (profile low)");
     if (!m->is_consistent && m->lift_shear == SIM_SHEAR_NONE)
-        sim_result_add_left_out(result, "lift shear (none)");
+        sim_result_add_omitted_effect(result, "lift shear (none)");
     if (m->wheel_load_lb == 0.0)
-        sim_result_add_left_out(result, "wheel load (0)");
+        sim_result_add_omitted_effect(result, "wheel load (0)");
     if (m->is_consistent && m->scene->lift_shear_lb != 0.0)
         sim_result_add_note(
             result,
@@ -394,14 +394,14 @@ void model_describe(const struct model *m, struct sim_result *result)
  * the stepper. */
 #define MIN_SHRINK_MATS        4
 
-static bool do_mats_stick_exactly(const struct model *m)
+static bool is_sticking_exact(const struct model *m)
 {
     return m->friction_law == SIM_FRICTION_STICK &&
-           (m->elements.count == 0 || element_can_rest(&m->elements));
+           (m->elements.count == 0 || element_allows_rest(&m->elements));
 }
 
 /* True if flat mats stay flat until a switch, as in the report model. */
-static bool do_flat_mats_stay_flat(const struct model *m)
+static bool are_flat_mats_stable(const struct model *m)
 {
     return !m->is_consistent &&
            (m->tad_rad > 0.0 || (m->kt_lb_ft_rad == 0.0 && m->ct_lb_ft_s_rad == 0.0));
@@ -429,7 +429,7 @@ static double rest_speed_limit_ft_s(const struct model *m)
 static bool is_mat_flat(const struct model *m, const double *z, int n)
 {
     const double *v = z + m->coordinate_count;
-    if (do_flat_mats_stay_flat(m))
+    if (are_flat_mats_stable(m))
         return z[2 * n] == z[2 * n + 2] && v[2 * n] == v[2 * n + 2];
     if (!m->is_consistent)
         return fabs(z[2 * n + 2] - z[2 * n]) <= rest_height_limit_ft(m) &&
@@ -443,8 +443,8 @@ static bool is_mat_flat(const struct model *m, const double *z, int n)
 static bool is_mat_at_rest(const struct model *m, const double *z, int n)
 {
     double v = z[m->coordinate_count + 2 * n + 1];
-    return do_mats_stick_exactly(m) ? v == 0.0 && m->slide_direction[n] == 0
-                                    : fabs(v) <= rest_speed_limit_ft_s(m);
+    return is_sticking_exact(m) ? v == 0.0 && m->slide_direction[n] == 0
+                                : fabs(v) <= rest_speed_limit_ft_s(m);
 }
 
 /* Finds the range of mats that the aircraft touches in this span. Returns false if there are
@@ -455,13 +455,13 @@ static bool find_loaded_mats(const struct model *m, int *low, int *high)
     if (span->mat < 0)
         return false;
     *low = *high = span->mat;
-    if (span->share_mat != -2) {
-        *low = span->share_mat < *low ? span->share_mat : *low;
-        *high = span->share_mat + 1 > *high ? span->share_mat + 1 : *high;
+    if (span->first_sharing_mat != -2) {
+        *low = span->first_sharing_mat < *low ? span->first_sharing_mat : *low;
+        *high = span->first_sharing_mat + 1 > *high ? span->first_sharing_mat + 1 : *high;
     }
-    int more = m->is_consistent         ? (m->wheel_load_lb > 0.0 ? m->load_tail_mats : GUARD_MATS)
-             : do_mats_stick_exactly(m) ? 0
-                                        : 1;
+    int more = m->is_consistent     ? (m->wheel_load_lb > 0.0 ? m->load_tail_mats : GUARD_MATS)
+             : is_sticking_exact(m) ? 0
+                                    : 1;
     *low -= more;
     *high += more;
     return true;
@@ -534,7 +534,7 @@ static void narrow_window(struct model *m, double *z, int first, int last)
 }
 
 /* Finds the range that the window must have, from the motion at its edges. */
-static void find_wanted_window(const struct model *m, const double *z, int *first, int *last)
+static void find_required_window(const struct model *m, const double *z, int *first, int *last)
 {
     int low, high;
     *first = m->first_mat;
@@ -545,32 +545,32 @@ static void find_wanted_window(const struct model *m, const double *z, int *firs
     }
     if (m->first_mat > 0) {
         if (m->slide_direction[m->first_mat - 1] != 0 ||
-            (do_flat_mats_stay_flat(m) && m->torsion[m->first_mat] != 0))
+            (are_flat_mats_stable(m) && m->torsion[m->first_mat] != 0))
             *first = m->first_mat - 1 < *first ? m->first_mat - 1 : *first;
         if (!m->is_consistent && !m->contact[m->first_mat])
             *first = 0; /* the highest node can be any node up to m->first */
     }
     if (m->last_mat < m->mats - 1) {
         if (m->slide_direction[m->last_mat + 1] != 0 ||
-            (do_flat_mats_stay_flat(m) && m->torsion[m->last_mat + 1] != 0))
+            (are_flat_mats_stable(m) && m->torsion[m->last_mat + 1] != 0))
             *last = m->last_mat + 1 > *last ? m->last_mat + 1 : *last;
         if (m->lift_shear != SIM_SHEAR_NONE && m->lifted_nodes > 0 && m->apex_node + 1 > *last)
             *last = m->apex_node + 1;
     }
-    if (do_mats_stick_exactly(m) && do_flat_mats_stay_flat(m))
+    if (is_sticking_exact(m) && are_flat_mats_stable(m))
         return;
     for (int k = 0; k < GUARD_MATS && m->first_mat > 0; k++) {
         int n = m->first_mat + k;
-        if (n <= m->last_mat && ((!do_mats_stick_exactly(m) && !is_mat_at_rest(m, z, n)) ||
-                                 (!do_flat_mats_stay_flat(m) && !is_mat_flat(m, z, n))))
+        if (n <= m->last_mat && ((!is_sticking_exact(m) && !is_mat_at_rest(m, z, n)) ||
+                                 (!are_flat_mats_stable(m) && !is_mat_flat(m, z, n))))
             *first = m->first_mat - window_growth_mats(m) < *first
                        ? m->first_mat - window_growth_mats(m)
                        : *first;
     }
     for (int k = 0; k < GUARD_MATS && m->last_mat < m->mats - 1; k++) {
         int n = m->last_mat - k;
-        if (n >= m->first_mat && ((!do_mats_stick_exactly(m) && !is_mat_at_rest(m, z, n)) ||
-                                  (!do_flat_mats_stay_flat(m) && !is_mat_flat(m, z, n))))
+        if (n >= m->first_mat && ((!is_sticking_exact(m) && !is_mat_at_rest(m, z, n)) ||
+                                  (!are_flat_mats_stable(m) && !is_mat_flat(m, z, n))))
             *last = m->last_mat + window_growth_mats(m) > *last
                       ? m->last_mat + window_growth_mats(m)
                       : *last;
@@ -579,30 +579,29 @@ static void find_wanted_window(const struct model *m, const double *z, int *firs
 
 /* Returns the number of mats that can leave the window at one end: the mats at rest, minus a
  * margin. */
-static int count_idle_mats(const struct model *m, const double *z, bool at_first)
+static int count_removable_mats(const struct model *m, const double *z, bool at_first)
 {
     int count = 0, low = 0, high = 0;
     bool any = find_loaded_mats(m, &low, &high);
     for (; count < m->last_mat - m->first_mat; count++) {
         int n = at_first ? m->first_mat + count : m->last_mat - count;
         if ((any && n >= low && n <= high) || !is_mat_at_rest(m, z, n) || !is_mat_flat(m, z, n) ||
-            (do_flat_mats_stay_flat(m) &&
+            (are_flat_mats_stable(m) &&
              (m->torsion[n] || m->torsion[n + 1] || !m->contact[n] || !m->contact[n + 1])))
             break;
     }
     if (!at_first && m->lift_shear != SIM_SHEAR_NONE && m->lifted_nodes > 0 &&
         m->last_mat - count < m->apex_node + 1)
         count = m->last_mat - m->apex_node - 1;
-    return count -
-           (do_mats_stick_exactly(m) && do_flat_mats_stay_flat(m) ? 1 : window_growth_mats(m));
+    return count - (is_sticking_exact(m) && are_flat_mats_stable(m) ? 1 : window_growth_mats(m));
 }
 
 bool model_update_window(struct model *m, double *z)
 {
     int first, last;
-    if (!m->can_leave_out_mats)
+    if (!m->can_omit_mats)
         return false;
-    find_wanted_window(m, z, &first, &last);
+    find_required_window(m, z, &first, &last);
     clip_to_runway(m, &first, &last);
     if (first != m->first_mat || last != m->last_mat) {
         widen_window(m, z, first, last);
@@ -611,7 +610,7 @@ bool model_update_window(struct model *m, double *z)
     if (++m->rest_steps < STEPS_PER_SHRINK)
         return false;
     m->rest_steps = 0;
-    int at_first = count_idle_mats(m, z, true), at_last = count_idle_mats(m, z, false);
+    int at_first = count_removable_mats(m, z, true), at_last = count_removable_mats(m, z, false);
     at_first = at_first >= MIN_SHRINK_MATS ? at_first : 0;
     at_last = at_last >= MIN_SHRINK_MATS ? at_last : 0;
     if (at_first + at_last == 0 || at_first + at_last > m->last_mat - m->first_mat)
@@ -623,11 +622,11 @@ bool model_update_window(struct model *m, double *z)
 void model_choose_window(struct model *m, double t_s, const double *z)
 {
     int first = m->mats, last = -1, low, high;
-    if (!m->can_leave_out_mats)
+    if (!m->can_omit_mats)
         return;
     for (int n = 0; n < m->mats; n++) {
-        bool pushed = do_mats_stick_exactly(m) ? m->slide_direction[n] != 0
-                                               : model_push_lb(m, t_s, z, n) != 0.0;
+        bool pushed = is_sticking_exact(m) ? m->slide_direction[n] != 0
+                                           : model_driving_force_lb(m, t_s, z, n) != 0.0;
         m->rest_u_ft[n] = z[2 * n + 1];
         if (pushed || !is_mat_at_rest(m, z, n) || !is_mat_flat(m, z, n) ||
             (!m->is_consistent && (!m->contact[n] || !m->contact[n + 1]))) {
@@ -641,7 +640,7 @@ void model_choose_window(struct model *m, double t_s, const double *z)
     }
     if (last < 0)
         first = last = 0;
-    if (!do_mats_stick_exactly(m) || !do_flat_mats_stay_flat(m)) {
+    if (!is_sticking_exact(m) || !are_flat_mats_stable(m)) {
         first -= window_growth_mats(m);
         last += window_growth_mats(m);
     }

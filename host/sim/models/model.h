@@ -55,8 +55,8 @@ struct model {
     double kv_lb_ft, cv_lb_s_ft, kl_lb_ft, cl_lb_s_ft, kt_lb_ft_rad, ct_lb_ft_s_rad, tad_rad,
         slack_ft;
     double friction_coefficient, weight_friction_lb, veps_ft_s, lift_shear_lb, q1_lb;
-    bool has_full_profile;  /* true: the key profile of the scene is full */
-    bool does_torsion_jump; /* true: the key torsion of the scene is `switched` */
+    bool has_full_profile; /* true: the key profile of the scene is full */
+    bool has_torsion_jump; /* true: the key torsion of the scene is `switched` */
     bool has_soil_normal;
     bool is_left_free, is_right_free;
     /* false: the joint at that end of the runway transmits no moment */
@@ -91,7 +91,7 @@ struct model {
 
     /* The window: the mats that are integrated. The other mats are flat, at rest, and have constant
      * displacements (model.c). */
-    bool can_leave_out_mats; /* true: mats may be left out; set before model_start */
+    bool can_omit_mats; /* true: mats may be left out; set before model_start */
     int first_mat, last_mat;
     double *rest_u_ft; /* for each mat outside the window: its constant displacement */
     double rest_y_ft;  /* height of a node at rest under the weight of its mats */
@@ -159,7 +159,7 @@ void model_linearise(struct model *model, double t_s, const double *z, const dou
 struct element_mat model_element_mat(const struct model *model, const double *z, int mat);
 
 /* Horizontal force X_n and friction limit C_n on mat n (from 0). */
-double model_push_lb(const struct model *model, double t_s, const double *z, int mat);
+double model_driving_force_lb(const struct model *model, double t_s, const double *z, int mat);
 double model_friction_limit_lb(const struct model *model, const double *z, int mat);
 
 /* Returns the present margin of a switch. It is negative if the mode no longer fits the state. */
@@ -194,7 +194,7 @@ void model_sample_modes(struct model *model, double t_s, const double *z);
 
 /* Outputs. Angles are in degrees. */
 double model_lift_ft(const struct model *model, const double *z, int *node_from_1);
-double model_worst_angle_deg(const struct model *model, const double *z, int *mat_from_1);
+double model_largest_angle_deg(const struct model *model, const double *z, int *mat_from_1);
 
 /* Largest rate of the linearised equations with every node in contact, 1/s (power iteration), which
  * limits explicit steps. MODEL_RATE_STAGGERED leaves out the parts that staggered steps treat

@@ -23,7 +23,7 @@ static double joint_tension_lb(const struct model *m, const double *z, int j)
     return kernel_tension_lb(m, j, &l, &r, m->has_full_profile, m->slack_ft > 0.0);
 }
 
-double model_push_lb(const struct model *m, double t_s, const double *z, int mat)
+double model_driving_force_lb(const struct model *m, double t_s, const double *z, int mat)
 {
     double rate,
         thrust = m->span.mat < 0 ? 0.0 : span_thrust_lb(&m->span, m->length_ft, t_s, mat, &rate);
@@ -38,12 +38,13 @@ double model_friction_limit_lb(const struct model *m, const double *z, int mat)
     const double *v = z + m->coordinate_count;
     if (!m->has_soil_normal)
         return kernel_limit_lb(m, mat, 0.0, 0.0);
-    return kernel_limit_lb(m, mat, kernel_soil_lb(m, z, v, mat), kernel_soil_lb(m, z, v, mat + 1));
+    return kernel_limit_lb(m, mat, kernel_soil_force_lb(m, z, v, mat),
+                           kernel_soil_force_lb(m, z, v, mat + 1));
 }
 
 /* True if a mat has no friction because it is in the air and the normal force of its friction is
  * that of the soil. Such a mat neither stops nor sticks. */
-static inline bool is_afloat(const struct model *m, int mat)
+static inline bool is_mat_airborne(const struct model *m, int mat)
 {
     return m->has_soil_normal && !m->contact[mat] && !m->contact[mat + 1];
 }
@@ -57,10 +58,10 @@ static inline double contact_depth_ft(const struct model *m, const double *z, in
                                  z[2 * node], z[m->coordinate_count + 2 * node]);
 }
 
-static double joint_turn_rad(const struct model *m, const double *z, int j)
+static double joint_angle_rad(const struct model *m, const double *z, int j)
 {
     struct kernel_mat l = mat_state(m, z, j - 1), r = mat_state(m, z, j);
-    return kernel_turn_rad(&l, &r);
+    return kernel_joint_angle_rad(&l, &r);
 }
 
 static bool has_joint_torsion(const struct model *m, int j)
@@ -72,8 +73,8 @@ static bool has_joint_torsion(const struct model *m, int j)
 
 /* Acceleration of a node at the edge of contact: `off` with the lift shears of a node in contact,
  * `on` with those of a raised node. Works on a copy of the model. */
-static void held_node_accel(const struct model *m, double t_s, const double *z, int node,
-                            double *off, double *on)
+static void compute_held_node_accel(const struct model *m, double t_s, const double *z, int node,
+                                    double *off, double *on)
 {
     struct model copy = *m;
     double *accel = m->scratch;
@@ -93,7 +94,7 @@ double model_margin(const struct model *m, double t_s, const double *z, struct m
     switch (s.kind) {
     case MODEL_CONTACT: return soil_margin_ft(m->contact[s.index], contact_depth_ft(m, z, s.index));
     case MODEL_TORSION:
-        return hinge_margin_rad(m->torsion[s.index], joint_turn_rad(m, z, s.index), m->tad_rad);
+        return hinge_margin_rad(m->torsion[s.index], joint_angle_rad(m, z, s.index), m->tad_rad);
     case MODEL_SLACK: {
         struct kernel_mat l = mat_state(m, z, s.index - 1), r = mat_state(m, z, s.index);
         return joint_margin_ft(m->joint_mode[s.index],
@@ -103,11 +104,11 @@ double model_margin(const struct model *m, double t_s, const double *z, struct m
     case MODEL_SLIDE: return m->slide_direction[s.index] * z[m->coordinate_count + 2 * s.index + 1];
     case MODEL_STICK:
         return friction_margin_lb(model_friction_limit_lb(m, z, s.index),
-                                  model_push_lb(m, t_s, z, s.index));
+                                  model_driving_force_lb(m, t_s, z, s.index));
     case MODEL_APEX: return z[2 * s.index] - z[2 * m->apex_node];
     case MODEL_HOLD: {
         double off, on;
-        held_node_accel(m, t_s, z, s.index, &off, &on);
+        compute_held_node_accel(m, t_s, z, s.index, &off, &on);
         return fmin(-off, on);
     }
     }
@@ -192,7 +193,7 @@ int model_find_violations(const struct model *m, double t_s, const double *z,
         for (int n = first; n <= last; n++) {
             double tension_r = joint_tension_lb(m, z, n + 1);
             if (m->slide_direction[n] != 0) {
-                if (m->slide_direction[n] * v[2 * n + 1] < 0.0 && !is_afloat(m, n))
+                if (m->slide_direction[n] * v[2 * n + 1] < 0.0 && !is_mat_airborne(m, n))
                     add_violation(&found, MODEL_SLIDE, n);
             } else {
                 double rate, push = tension_r - tension_l;
@@ -270,8 +271,8 @@ static void update_slide_directions(struct model *m, double t_s, const double *z
         if (v != 0.0)
             m->slide_direction[n] = v > 0.0 ? 1 : -1;
         else {
-            double push = model_push_lb(m, t_s, z, n);
-            bool rests = fabs(push) <= model_friction_limit_lb(m, z, n) && !is_afloat(m, n);
+            double push = model_driving_force_lb(m, t_s, z, n);
+            bool rests = fabs(push) <= model_friction_limit_lb(m, z, n) && !is_mat_airborne(m, n);
             m->slide_direction[n] = rests ? 0 : push > 0.0 ? 1 : -1;
         }
     }
@@ -285,7 +286,7 @@ void model_update_modes(struct model *m, double t_s, const double *z)
 
 /* Holds a node at the edge of contact if it has almost stopped and forces drive it back to the edge
  * from both sides. */
-static void try_hold_node(struct model *m, double t_s, double *z, int node)
+static void hold_node_at_contact(struct model *m, double t_s, double *z, int node)
 {
     double off, on, speed = z[m->coordinate_count + 2 * node], edge_ft = z[2 * node];
     if (fabs(speed) > HELD_SPEED_LIMIT * sqrt(m->scene->g_ft_s2 * m->length_ft))
@@ -295,7 +296,7 @@ static void try_hold_node(struct model *m, double t_s, double *z, int node)
     m->held_node = node;
     update_lift_shears(m, z);
     update_held_shears(m);
-    held_node_accel(m, t_s, z, node, &off, &on);
+    compute_held_node_accel(m, t_s, z, node, &off, &on);
     m->held_node = -1;
     if (off < 0.0 && on > 0.0) {
         m->held_node = node;
@@ -322,11 +323,11 @@ void model_apply_switch(struct model *m, double t_s, double *z, struct model_swi
         m->contact[s.index] = !m->contact[s.index];
         if (m->held_node < 0 && m->lift_shear != SIM_SHEAR_NONE &&
             (m->first_mat == 0 || s.index >= m->first_mat + 2))
-            try_hold_node(m, t_s, z, s.index);
+            hold_node_at_contact(m, t_s, z, s.index);
         break;
     case MODEL_HOLD: {
         double off, on;
-        held_node_accel(m, t_s, z, s.index, &off, &on);
+        compute_held_node_accel(m, t_s, z, s.index, &off, &on);
         m->held_node = -1;
         m->contact[s.index] = (signed char)(on < 0.0 ? 0 : 1);
         if (on < 0.0) /* at the edge, contact would push the node up */
@@ -334,9 +335,9 @@ void model_apply_switch(struct model *m, double t_s, double *z, struct model_swi
         break;
     }
     case MODEL_TORSION:
-        m->torsion[s.index] = m->torsion[s.index]                 ? 0
-                            : joint_turn_rad(m, z, s.index) > 0.0 ? 1
-                                                                  : -1;
+        m->torsion[s.index] = m->torsion[s.index]                  ? 0
+                            : joint_angle_rad(m, z, s.index) > 0.0 ? 1
+                                                                   : -1;
         break;
     case MODEL_SLACK: {
         struct kernel_mat l = mat_state(m, z, s.index - 1), r = mat_state(m, z, s.index);
@@ -349,7 +350,7 @@ void model_apply_switch(struct model *m, double t_s, double *z, struct model_swi
     }
     case MODEL_SLIDE: z[m->coordinate_count + 2 * s.index + 1] = 0.0; break;
     case MODEL_STICK:
-        m->slide_direction[s.index] = model_push_lb(m, t_s, z, s.index) > 0.0 ? 1 : -1;
+        m->slide_direction[s.index] = model_driving_force_lb(m, t_s, z, s.index) > 0.0 ? 1 : -1;
         break;
     case MODEL_APEX: m->apex_node = s.index; break;
     }
@@ -357,11 +358,11 @@ void model_apply_switch(struct model *m, double t_s, double *z, struct model_swi
 
 /* Updates the direction of sliding of mats in the air, which can reverse without a stop. With an
  * old direction, such a mat would count as stopped when it lands. */
-static void update_afloat_slides(struct model *m, const double *z)
+static void update_airborne_slide_directions(struct model *m, const double *z)
 {
     for (int n = m->first_mat; m->friction_law == SIM_FRICTION_STICK && n <= m->last_mat; n++) {
         double v = z[m->coordinate_count + 2 * n + 1];
-        if (v != 0.0 && is_afloat(m, n))
+        if (v != 0.0 && is_mat_airborne(m, n))
             m->slide_direction[n] = v > 0.0 ? 1 : -1;
     }
 }
@@ -381,8 +382,8 @@ void model_sample_shape_modes(struct model *m, const double *z)
         double right_ft = j <= m->last_mat ? fabs(z[2 * j + 2] - z[2 * j]) : 0.0;
         m->torsion[j] = !switches;
         if (switches && left_ft + right_ft > flat_ft) {
-            double turn = joint_turn_rad(m, z, j);
-            m->torsion[j] = hinge_side(turn, m->tad_rad);
+            double turn = joint_angle_rad(m, z, j);
+            m->torsion[j] = hinge_mode(turn, m->tad_rad);
         }
         if (!has_joint_torsion(m, j))
             m->torsion[j] = 0;
@@ -394,7 +395,7 @@ void model_sample_shape_modes(struct model *m, const double *z)
         }
     }
     update_shape_modes(m, z);
-    update_afloat_slides(m, z);
+    update_airborne_slide_directions(m, z);
 }
 
 void model_sample_modes(struct model *m, double t_s, const double *z)
@@ -466,7 +467,7 @@ static bool can_torsion_change(const struct model *m, const struct step_ends *s,
     for (int end = 0; end < 2; end++) {
         const double *z = end ? s->z1 : s->z0;
         struct kernel_mat l = mat_state(m, z, joint - 1), r = mat_state(m, z, joint);
-        turn[end] = kernel_turn_rad(&l, &r);
+        turn[end] = kernel_joint_angle_rad(&l, &r);
         rate[end] = r.w - l.w;
     }
     double side = m->torsion[joint];
@@ -515,7 +516,8 @@ static bool can_slip_change(const struct model *m, const struct step_ends *s, in
                                 -side * s->r1[v], 0.0);
     if (m->has_soil_normal)
         return true; /* the limit of friction may vary too */
-    double from = model_push_lb(m, s->t0_s, s->z0, mat), to = model_push_lb(m, s->t1_s, s->z1, mat);
+    double from = model_driving_force_lb(m, s->t0_s, s->z0, mat),
+           to = model_driving_force_lb(m, s->t1_s, s->z1, mat);
     double rate_from = joint_tension_rate(m, s->z0, s->r0, mat + 1) -
                        joint_tension_rate(m, s->z0, s->r0, mat);
     double rate_to = joint_tension_rate(m, s->z1, s->r1, mat + 1) -

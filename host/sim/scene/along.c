@@ -19,7 +19,7 @@ bool sim_scene_is_varied(const struct sim_scene *scene)
     return varies;
 }
 
-double sim_scene_value_along(const struct sim_scene *scene, enum sim_varied which,
+double sim_scene_local_value(const struct sim_scene *scene, enum sim_varied which,
                              double everywhere, int at)
 {
     const struct sim_list *list = &scene->varied[which];
@@ -28,7 +28,7 @@ double sim_scene_value_along(const struct sim_scene *scene, enum sim_varied whic
 
 double sim_scene_weight_lb(const struct sim_scene *scene, int mat)
 {
-    double weight_lb = sim_scene_value_along(scene, SIM_VARIED_W, scene->weight_lb, mat);
+    double weight_lb = sim_scene_local_value(scene, SIM_VARIED_W, scene->weight_lb, mat);
     if (mat == 1 && scene->left_end == SIM_END_LOADED)
         weight_lb += scene->end_load_lb[0];
     if (mat == scene->mats && scene->right_end == SIM_END_LOADED)
@@ -36,7 +36,7 @@ double sim_scene_weight_lb(const struct sim_scene *scene, int mat)
     return weight_lb;
 }
 
-double sim_scene_shortest_step_value(const struct sim_scene *scene, enum sim_varied which,
+double sim_scene_step_limiting_value(const struct sim_scene *scene, enum sim_varied which,
                                      double everywhere)
 {
     const struct sim_list *list = &scene->varied[which];
@@ -50,7 +50,7 @@ double sim_scene_shortest_step_value(const struct sim_scene *scene, enum sim_var
 /* Each end of a mat carries half of the mat's weight. */
 double sim_scene_settlement_ft(const struct sim_scene *scene, int node)
 {
-    double kv = sim_scene_value_along(scene, SIM_VARIED_KV, scene->kv_lb_ft, node), weight_lb = 0.0;
+    double kv = sim_scene_local_value(scene, SIM_VARIED_KV, scene->kv_lb_ft, node), weight_lb = 0.0;
     int ends = 0;
     for (int mat = node - 1; mat <= node; mat++) {
         if (mat >= 1 && mat <= scene->mats) {
@@ -65,14 +65,14 @@ void mods_collect_lists(struct sim_mods *m, struct sim_list *lists[MODS_LIST_COU
 {
     size_t count = 0;
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
-        lists[count++] = &m->band[g].t0_lb;
+        lists[count++] = &m->band[g].initial_tension_lb;
         lists[count++] = &m->band[g].slipped_ft;
         lists[count++] = &m->band[g].pulled;
     }
-    lists[count++] = &m->cleat_left;
-    lists[count++] = &m->stiff_gap0_ft;
+    lists[count++] = &m->cleat_remaining_share;
+    lists[count++] = &m->stiffener_gap0_ft;
     lists[count++] = &m->torn;
-    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++)
+    for (int k = 0; k < SIM_RESTRAINT_KIND_COUNT; k++)
         lists[count++] = &m->restraint[k].zero_ft;
 }
 
@@ -86,17 +86,18 @@ void mods_free_lists(struct sim_mods *mods)
     }
 }
 
-bool mods_are_given(const struct sim_scene *scene)
+bool mods_are_present(const struct sim_scene *scene)
 {
     const struct sim_mods *m = &scene->mods;
     bool restrained = scene->left_end == SIM_END_SPRING || scene->right_end == SIM_END_SPRING;
-    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++)
+    for (int k = 0; k < SIM_RESTRAINT_KIND_COUNT; k++)
         restrained = restrained || m->restraint[k].spacing > 0;
     return restrained || m->band[0].count > 0.0 || m->band[1].count > 0.0 || m->cleat_every > 0 ||
-           m->stiff_span_mats > 1 || m->lay_deg > 0.0 || m->tear_lb < HUGE_VAL || m->torn.count > 0;
+           m->stiffener_span_mats > 1 || m->lay_deg > 0.0 || m->tear_lb < HUGE_VAL ||
+           m->torn.count > 0;
 }
 
-int mods_place(int first, int every, int i)
+int mods_nth_place(int first, int every, int i)
 {
     return (first > 0 ? first : every) + i * every;
 }
@@ -104,7 +105,7 @@ int mods_place(int first, int every, int i)
 /* Returns the number of places first, first + every, ... up to `last`. */
 static int count_places(int first, int every, int last)
 {
-    int begin = mods_place(first, every, 0);
+    int begin = mods_nth_place(first, every, 0);
     return every > 0 && begin <= last ? (last - begin) / every + 1 : 0;
 }
 

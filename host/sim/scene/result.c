@@ -29,14 +29,14 @@ int sim_time_digits(double start_s, int digits)
     return digits;
 }
 
-void sim_result_add_left_out(struct sim_result *result, const char *what)
+void sim_result_add_omitted_effect(struct sim_result *result, const char *what)
 {
     for (size_t i = 0; i + 1 < SIM_LEFT_OUT_MAX; i++) {
         /* a solver that ran this scene before may already have added it */
-        if (result->left_out_effects[i] == what)
+        if (result->omitted_effects[i] == what)
             return;
-        if (!result->left_out_effects[i]) {
-            result->left_out_effects[i] = what;
+        if (!result->omitted_effects[i]) {
+            result->omitted_effects[i] = what;
             return;
         }
     }
@@ -64,8 +64,8 @@ void sim_result_free(struct sim_result *result)
     free(result->outputs);
     free(result->u_ft);
     free(result->gap_ft);
-    free(result->max_push_lb);
-    free(result->max_pull_lb);
+    free(result->max_compression_lb);
+    free(result->max_tension_lb);
     free(result->max_rise_ft);
     free(result->mods);
     free(result->sample_u_ft);
@@ -195,7 +195,7 @@ struct sim_difference sim_record_peak(const struct sim_record *record)
     return most;
 }
 
-void sim_record_to_result(struct sim_record *record, struct sim_result *result)
+void sim_record_move_to_result(struct sim_record *record, struct sim_result *result)
 {
     size_t row = (size_t)record->mats + 1;
     size_t outputs = 0;
@@ -225,9 +225,9 @@ void sim_record_to_result(struct sim_record *record, struct sim_result *result)
     }
 }
 
-void sim_record_chain_to_result(struct sim_record *record, const double *u_ft,
-                                const double *push_lb, const double *pull_lb,
-                                struct sim_result *result)
+void sim_record_move_chain_to_result(struct sim_record *record, const double *u_ft,
+                                     const double *push_lb, const double *pull_lb,
+                                     struct sim_result *result)
 {
     size_t mats = (size_t)record->mats;
     struct sim_difference peak = sim_record_peak(record);
@@ -235,9 +235,9 @@ void sim_record_chain_to_result(struct sim_record *record, const double *u_ft,
     result->peak_mat = peak.mat;
     result->u_ft = xmemdup(u_ft, (mats + 1) * sizeof *u_ft);
     result->gap_ft = xcalloc(mats + 2, sizeof *result->gap_ft);
-    result->max_push_lb = xmemdup(push_lb, (mats + 2) * sizeof *push_lb);
-    result->max_pull_lb = xmemdup(pull_lb, (mats + 2) * sizeof *pull_lb);
-    sim_record_to_result(record, result);
+    result->max_compression_lb = xmemdup(push_lb, (mats + 2) * sizeof *push_lb);
+    result->max_tension_lb = xmemdup(pull_lb, (mats + 2) * sizeof *pull_lb);
+    sim_record_move_to_result(record, result);
 }
 
 void sim_record_free(struct sim_record *record)

@@ -36,7 +36,7 @@ struct sim_options {
     bool in_parallel;
     /* Landings with heights: record where the wheel reaches a node that has risen by at least this
      * height. 0: do not record. */
-    double overrun_ft;
+    double wave_encounter_height_ft;
     /* Called from time to time with the completed fraction of the pass, 0 to 1. If it returns
      * false, the run stops: SIM_INTERRUPTED. NULL: not called. */
     bool (*may_continue)(void *ctx, int pass_from_1, double part);
@@ -62,9 +62,9 @@ enum sim_status {
     SIM_UNPREDICTABLE
 };
 
-#define SIM_LEFT_OUT_MAX 12
-#define SIM_NOTES_MAX    16
-#define SIM_OVERRUNS_MAX 8
+#define SIM_LEFT_OUT_MAX        12
+#define SIM_NOTES_MAX           16
+#define SIM_WAVE_ENCOUNTERS_MAX 8
 
 /* The state at one of the scene's output times t_out (or at the end if it has none). */
 struct sim_output {
@@ -111,18 +111,19 @@ struct sim_result {
     bool bow_wave;
     /* Arrays over joints 1..N+1 ([0] unused), maxima over the whole run. Only for solver staggered
      * and for the chain's event; otherwise NULL. */
-    double *max_push_lb; /* largest compression of each joint in the run */
-    double *max_pull_lb; /* largest tension of each joint in the run */
-    double *max_rise_ft; /* planar models: largest lift of each node above its ground */
+    double *max_compression_lb; /* largest compression of each joint in the run */
+    double *max_tension_lb;     /* largest tension of each joint in the run */
+    double *max_rise_ft;        /* planar models: largest lift of each node above its ground */
     /* Planar models: largest angle by which a joint turns upward (^) and downward (v). Both are
      * positive. */
     double crest_deg, sag_deg;
     int crest_joint, sag_joint;
-    /* Nodes at which the wheel reached a wave (sim_options.overrun_ft), in order of time. Between
-     * two entries the wheel passed mats with less than half of that rise. */
-    int overrun_nodes[SIM_OVERRUNS_MAX];
-    int overrun_count; /* number of entries in `overrun_nodes` */
-    /* First node that rose by overrun_ft, and the mat under the wheel at that time (0: none). */
+    /* Nodes at which the wheel reached a wave (sim_options.wave_encounter_height_ft), in order of
+     * time. Between two entries the wheel passed mats with less than half of that rise. */
+    int wave_encounter_nodes[SIM_WAVE_ENCOUNTERS_MAX];
+    int wave_encounter_count; /* number of entries in `wave_encounter_nodes` */
+    /* First node that rose by wave_encounter_height_ft, and the mat under the wheel at that time
+     * (0: none). */
     int first_crest_node, first_crest_wheel_mat;
 
     struct sim_output *outputs;
@@ -145,7 +146,7 @@ struct sim_result {
     int integrated_mats_max;     /* largest number of mats integrated in one step */
     double integrated_mats_mean; /* number of integrated mats, mean over time */
     /* effects that the model omits, as static texts; NULL ends the list */
-    const char *left_out_effects[SIM_LEFT_OUT_MAX];
+    const char *omitted_effects[SIM_LEFT_OUT_MAX];
     char notes[SIM_NOTES_MAX][200]; /* an empty text ends the list */
 };
 
@@ -162,7 +163,7 @@ int sim_time_digits(double start_s, int digits);
 
 /* These functions add a text to a list unless the list already has it. The lists have room for all
  * texts that the code can add. */
-void sim_result_add_left_out(struct sim_result *result, const char *what);
+void sim_result_add_omitted_effect(struct sim_result *result, const char *what);
 void sim_result_add_note(struct sim_result *result, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
@@ -227,12 +228,12 @@ double sim_record_lift_difference(const struct sim_record *a, const struct sim_r
 struct sim_difference sim_record_peak(const struct sim_record *record);
 
 /* Moves outputs and samples from a record to a result, which then owns them. */
-void sim_record_to_result(struct sim_record *record, struct sim_result *result);
-/* As sim_record_to_result, for the chain. Also sets the peak, and copies the lists by mat and by
- * joint; gap_ft is 0. */
-void sim_record_chain_to_result(struct sim_record *record, const double *u_ft,
-                                const double *push_lb, const double *pull_lb,
-                                struct sim_result *result);
+void sim_record_move_to_result(struct sim_record *record, struct sim_result *result);
+/* As sim_record_move_to_result, for the chain. Also sets the peak, and copies the lists by mat and
+ * by joint; gap_ft is 0. */
+void sim_record_move_chain_to_result(struct sim_record *record, const double *u_ft,
+                                     const double *push_lb, const double *pull_lb,
+                                     struct sim_result *result);
 
 void sim_record_free(struct sim_record *record);
 

@@ -65,8 +65,8 @@ static const char *const lift_shear_names[] = {"rising", "none", "following", "b
                 "first riveted mat"),                                                           \
         INT_KEY(prefix "last", mods.band[i].last_mat, 0, SIM_MATS_MAX, "mat",                   \
                 "last mat that may be riveted"),                                                \
-        LIST_KEY(prefix "T0", mods.band[i].t0_lb, SIM_KEY_PARTS, -SIM_VALUE_MAX, SIM_VALUE_MAX, \
-                 "lb", "initial tension of a band"),                                            \
+        LIST_KEY(prefix "T0", mods.band[i].initial_tension_lb, SIM_KEY_PARTS, -SIM_VALUE_MAX,   \
+                 SIM_VALUE_MAX, "lb", "initial tension of a band"),                             \
         RANGE_KEY(prefix "K", mods.band[i].k_lb_ft, 0.0, (double)INFINITY, true, "lb/ft",       \
                   "stiffness of each anchor"),                                                  \
         LIMIT_KEY(prefix "grip", mods.band[i].grip_lb, "lb",                                    \
@@ -77,9 +77,9 @@ static const char *const lift_shear_names[] = {"rising", "none", "following", "b
                   "slip after which a rivet hole is worn out"),                                 \
         RANGE_KEY(prefix "tilt", mods.band[i].mat_tilt_rad, 0.0, 1.0, false, "rad",             \
                   "rotation of a riveted mat under the wheel"),                                 \
-        NOT_NEGATIVE_KEY(prefix "alpha", mods.band[i].alpha_f, "1/F",                           \
+        NOT_NEGATIVE_KEY(prefix "alpha", mods.band[i].thermal_expansion_per_degf, "1/F",        \
                          "coefficient of thermal expansion"),                                   \
-        REAL_KEY(prefix "dT", mods.band[i].warming_degf, "F",                                   \
+        REAL_KEY(prefix "dT", mods.band[i].temperature_rise_degf, "F",                          \
                  "temperature rise since the band had the tension band_T0"),                    \
         CHOICE_KEY(prefix "over", mods.band[i].acts_on, band_over_names,                        \
                    "where the band acts: on all joints, or on the rivets only"),                \
@@ -203,22 +203,23 @@ static const struct sim_key keys[] = {
         "the soil)^p. 0 selects 2 for a raised cleat, 1 for a bent one"),
     RANGE_KEY("cleat_spring_deg", mods.cleat_spring_deg, 0.0, 90.0, false, "deg",
               "bending up to this angle springs back; needs cleat_power"),
-    LIST_KEY("cleat_left", mods.cleat_left, SIM_KEY_PARTS, 0.0, 1.0, "",
+    LIST_KEY("cleat_left", mods.cleat_remaining_share, SIM_KEY_PARTS, 0.0, 1.0, "",
              "share of cleat_hold that each cleat still has at the start"),
-    INT_KEY("stiff_span", mods.stiff_span_mats, 0, SIM_MATS_MAX, "mats",
+    INT_KEY("stiff_span", mods.stiffener_span_mats, 0, SIM_MATS_MAX, "mats",
             "number of mats tied by one stiffener"),
-    INT_KEY("stiff_free", mods.stiff_free_joints, 0, SIM_MATS_MAX, "joints",
+    INT_KEY("stiff_free", mods.stiffener_free_joints, 0, SIM_MATS_MAX, "joints",
             "number of free joints between stiffeners"),
-    INT_KEY("stiff_lines", mods.stiff_lines, 1, 100, "", "number of lines of stiffeners"),
-    INT_KEY("stiff_first", mods.stiff_first, 1, SIM_MATS_MAX, "mat",
+    INT_KEY("stiff_lines", mods.stiffener_line_count, 1, 100, "", "number of lines of stiffeners"),
+    INT_KEY("stiff_first", mods.stiffener_first_mat, 1, SIM_MATS_MAX, "mat",
             "first mat of the first line of stiffeners"),
-    NOT_NEGATIVE_KEY("stiff_K", mods.stiff_k_lb_ft, "lb/ft", "stiffness of one line at a joint"),
-    LIMIT_KEY("stiff_grip", mods.stiff_grip_lb, "lb", "largest force of one line"),
-    NOT_NEGATIVE_KEY("stiff_KT", mods.stiff_kt_lb_ft_rad, "ft lb/rad",
+    NOT_NEGATIVE_KEY("stiff_K", mods.stiffener_k_lb_ft, "lb/ft",
+                     "stiffness of one line at a joint"),
+    LIMIT_KEY("stiff_grip", mods.stiffener_grip_lb, "lb", "largest force of one line"),
+    NOT_NEGATIVE_KEY("stiff_KT", mods.stiffener_kt_lb_ft_rad, "ft lb/rad",
                      "bending stiffness of one line"),
-    LIMIT_KEY("stiff_yield", mods.stiff_yield_lb_ft, "ft lb", "yield moment of one line"),
-    LIST_KEY("stiff_gap0", mods.stiff_gap0_ft, SIM_KEY_JOINTS, -SIM_VALUE_MAX, SIM_VALUE_MAX, "ft",
-             "opening of each joint at which the stiffener force is zero"),
+    LIMIT_KEY("stiff_yield", mods.stiffener_yield_lb_ft, "ft lb", "yield moment of one line"),
+    LIST_KEY("stiff_gap0", mods.stiffener_gap0_ft, SIM_KEY_JOINTS, -SIM_VALUE_MAX, SIM_VALUE_MAX,
+             "ft", "opening of each joint at which the stiffener force is zero"),
     RANGE_KEY("lay_deg", mods.lay_deg, 0.0, 80.0, false, "deg", "angle of the diagonal pattern"),
     NOT_NEGATIVE_KEY("lay_slide", mods.lay_slide_lb, "lb",
                      "friction along an unloaded diagonal joint"),
@@ -226,7 +227,7 @@ static const struct sim_key keys[] = {
               "friction coefficient along a diagonal joint"),
     RESTRAINT_KEYS("anchor_", SIM_ANCHORS, "mat",
                    "anchors, which resist movement along the runway"),
-    RESTRAINT_KEYS("tie_", SIM_TIES, "mat", "tie-downs, which hold mats on the ground"),
+    RESTRAINT_KEYS("tie_", SIM_TIE_DOWNS, "mat", "tie-downs, which hold mats on the ground"),
     RESTRAINT_KEYS("absorber_", SIM_ABSORBERS, "joint", "shock absorbers across joints"),
     RANGE_KEY("tear", mods.tear_lb, 0.0, (double)INFINITY, true, "lb",
               "tension at which a joint tears"),
@@ -275,14 +276,14 @@ static void mods_set_defaults(struct sim_mods *mods)
     *mods = (struct sim_mods){
         .cleat_travel_ft = (double)INFINITY,
         .cleat_depth_ft = 0.75 / 12.0,
-        .stiff_free_joints = 1,
-        .stiff_lines = 1,
-        .stiff_first = 1,
-        .stiff_grip_lb = (double)INFINITY,
-        .stiff_yield_lb_ft = (double)INFINITY,
+        .stiffener_free_joints = 1,
+        .stiffener_line_count = 1,
+        .stiffener_first_mat = 1,
+        .stiffener_grip_lb = (double)INFINITY,
+        .stiffener_yield_lb_ft = (double)INFINITY,
         .tear_lb = (double)INFINITY,
     };
-    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++)
+    for (int k = 0; k < SIM_RESTRAINT_KIND_COUNT; k++)
         mods->restraint[k].grip_lb = (double)INFINITY;
     for (int g = 0; g < SIM_BAND_GROUPS; g++)
         mods->band[g] = (struct sim_bands){
@@ -294,7 +295,7 @@ static void mods_set_defaults(struct sim_mods *mods)
             .rivet_pull_lb = (double)INFINITY,
             .hole_wear_ft = (double)INFINITY,
             .mat_tilt_rad = 0.050 / (24.0 / 7.0),
-            .alpha_f = 6.5e-6,
+            .thermal_expansion_per_degf = 6.5e-6,
         };
 }
 
@@ -474,8 +475,8 @@ static enum mr_status read_value_row(double *values, size_t count, const struct 
 }
 
 /* Reads values along the runway: a list, or one number for all places and rows for others. */
-static enum mr_status read_along(struct sim_list *list, size_t count, const struct sim_key *key,
-                                 const char *path, const json_t *value, struct error *error)
+static enum mr_status read_varied(struct sim_list *list, size_t count, const struct sim_key *key,
+                                  const char *path, const json_t *value, struct error *error)
 {
     double number;
     struct quantity_error wrong;
@@ -493,7 +494,7 @@ static enum mr_status read_along(struct sim_list *list, size_t count, const stru
 }
 
 /* Number of values that a list along the runway must have: the number of mats or of joints. */
-static size_t list_length_along(const struct sim_scene *scene, const struct sim_key *key)
+static size_t varied_list_length(const struct sim_scene *scene, const struct sim_key *key)
 {
     bool mats = key->list_offset == SCENE_OFFSET(varied[SIM_VARIED_W]) ||
                 key->list_offset == SCENE_OFFSET(varied[SIM_VARIED_V0]);
@@ -561,8 +562,8 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
     case SIM_KEY_REAL:
         if (key->list_offset && json_array_size(value) > 0) {
             struct sim_list *list = (struct sim_list *)((char *)scene + key->list_offset);
-            enum mr_status status = read_along(list, list_length_along(scene, key), key, path,
-                                               value, error);
+            enum mr_status status = read_varied(list, varied_list_length(scene, key), key, path,
+                                                value, error);
             if (status == MR_OK)
                 *(double *)field = list->values[0];
             return status;
@@ -594,7 +595,7 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
                                    : "a number, or a list with one per part",
                                error);
         if (key->kind == SIM_KEY_JOINTS)
-            return read_along(field, list_length_along(scene, key), key, path, value, error);
+            return read_varied(field, varied_list_length(scene, key), key, path, value, error);
         return read_list(field, key, path, value, error);
     case SIM_KEY_LIST:
         if (!json_is_array(value))
@@ -608,8 +609,7 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
     return MR_OK;
 }
 
-/* Reports an unknown key. Keys are case-sensitive, as in the report. If only the case is wrong, the
- * error suggests the right spelling. */
+/* Reports an unknown key. If only the case is wrong, the error suggests the right spelling. */
 static enum mr_status refuse_key(const char *path, const char *name, struct error *error)
 {
     for (size_t i = 0; sim_key_at(i); i++) {
@@ -737,7 +737,7 @@ static enum mr_status check_bands(const struct sim_scene *scene, int group, cons
     static const char *const prefixes[] = {"band", "band2"};
     const struct sim_bands *b = &scene->mods.band[group];
     int connections = mods_connection_count(scene, group),
-        first = mods_place(b->first_mat, b->spacing, 0);
+        first = mods_nth_place(b->first_mat, b->spacing, 0);
     if (!(b->count > 0.0))
         return MR_OK;
     if (connections == 0)
@@ -745,8 +745,8 @@ static enum mr_status check_bands(const struct sim_scene *scene, int group, cons
                          "bands without rivets: %s: first riveted mat %d of a runway of %d mats "
                          "(%s_first, %s_every); give a smaller number",
                          where, first, scene->mats, prefixes[group], prefixes[group]);
-    if (check_list_length(&b->t0_lb, connections + 1, t0_names[group], "segment (riveted mats + 1)",
-                          where, error) != MR_OK ||
+    if (check_list_length(&b->initial_tension_lb, connections + 1, t0_names[group],
+                          "segment (riveted mats + 1)", where, error) != MR_OK ||
         check_list_length(&b->slipped_ft, connections, slip_names[group], "riveted mat", where,
                           error) != MR_OK)
         return error->status;
@@ -769,10 +769,10 @@ static enum mr_status mods_check(const struct sim_scene *scene, const char *wher
         if (check_bands(scene, g, where, error) != MR_OK)
             return error->status;
     }
-    if (m->cleat_every > 0 && check_list_length(&m->cleat_left, mods_cleat_count(scene),
+    if (m->cleat_every > 0 && check_list_length(&m->cleat_remaining_share, mods_cleat_count(scene),
                                                 "cleat_left", "cleated mat", where, error) != MR_OK)
         return error->status;
-    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++) {
+    for (int k = 0; k < SIM_RESTRAINT_KIND_COUNT; k++) {
         char key[24];
         snprintf(key, sizeof key, "%s_zero", mods_restraint_name(k));
         if (m->restraint[k].spacing > 0 &&
@@ -784,7 +784,7 @@ static enum mr_status mods_check(const struct sim_scene *scene, const char *wher
                              "no stiffness: %s: %s_every without %s_K; give a stiffness", where,
                              mods_restraint_name(k), mods_restraint_name(k));
     }
-    if (m->stiff_span_mats > 1 && m->lay_deg > 0.0)
+    if (m->stiffener_span_mats > 1 && m->lay_deg > 0.0)
         return error_set(
             error, MR_MALFORMED,
             "stiffeners on a diagonal pattern: %s: stiff_span and lay_deg; give only one", where);
@@ -829,7 +829,7 @@ static enum mr_status check_list(const struct sim_scene *scene, const struct sim
                                  const struct sim_list *list, const char *where,
                                  struct error *error)
 {
-    size_t wanted = list_length_along(scene, key);
+    size_t wanted = varied_list_length(scene, key);
     for (size_t i = 0; i < list->count; i++) {
         if (!is_value_allowed(key, list->values[i]))
             return refuse_range(key, where, list->values[i], i, true, error);

@@ -40,7 +40,7 @@ enum sim_end { SIM_END_FREE, SIM_END_FIXED, SIM_END_SPRING, SIM_END_LOADED };
 enum sim_thrust { SIM_THRUST_JUMP, SIM_THRUST_LINEAR };
 enum sim_friction { SIM_FRICTION_STICK, SIM_FRICTION_TANH, SIM_FRICTION_SIGN, SIM_FRICTION_NONE };
 enum sim_normal { SIM_NORMAL_WEIGHT, SIM_NORMAL_SOIL };
-enum sim_band_over { SIM_OVER_JOINTS, SIM_OVER_RIVETS };
+enum sim_band_over { SIM_BAND_OVER_JOINTS, SIM_BAND_OVER_RIVETS };
 enum sim_lift_shear { SIM_SHEAR_RISING, SIM_SHEAR_NONE, SIM_SHEAR_FOLLOWING, SIM_SHEAR_BOTH };
 
 struct sim_list {
@@ -65,7 +65,7 @@ struct sim_bands {
     int spacing, first_mat, last_mat;
     /* Initial tension T of a band: one value, or one per segment. Negative: the segment is slack by
      * the length -T l/(A E). */
-    struct sim_list t0_lb;
+    struct sim_list initial_tension_lb;
     double k_lb_ft; /* stiffness of the spring at each anchor; INFINITY: rigid */
     /* Largest force that a connection holds before the band slips through it; INFINITY: it never
      * slips. */
@@ -75,10 +75,10 @@ struct sim_bands {
     /* slip at which the hole of a rivet is worn through; INFINITY: holes do not wear */
     double hole_wear_ft;
     double mat_tilt_rad; /* angle by which the wheel turns a riveted mat against the band */
-    double alpha_f;      /* thermal expansion, 1/degree Fahrenheit */
+    double thermal_expansion_per_degf; /* thermal expansion, 1/degree Fahrenheit */
     /* temperature of the band minus the temperature at which its tension was T, degrees
      * Fahrenheit */
-    double warming_degf;
+    double temperature_rise_degf;
     enum sim_band_over acts_on;
     struct sim_list slipped_ft; /* slip of each connection at the start; empty: 0 */
     struct sim_list pulled;     /* numbers of the mats whose rivets are pulled out */
@@ -86,7 +86,7 @@ struct sim_bands {
 
 /* A kind of springs with dampers at every n-th mat or joint (elements/mods.h). Anchors hold mats
  * along the runway, tie-downs hold mats on the ground, and shock absorbers act across joints. */
-enum sim_restraint_kind { SIM_ANCHORS, SIM_TIES, SIM_ABSORBERS, SIM_RESTRAINT_KINDS };
+enum sim_restraint_kind { SIM_ANCHORS, SIM_TIE_DOWNS, SIM_ABSORBERS, SIM_RESTRAINT_KIND_COUNT };
 
 struct sim_restraint {
     /* mats or joints `first_place`, `first_place` + `spacing`, ...; spacing 0: none; first_place 0:
@@ -117,19 +117,19 @@ struct sim_mods {
     /* a cleat that is bent at its root by less than this angle springs back */
     double cleat_spring_deg;
     /* for each cleat: share of its hold that remains at the start; empty: 1 */
-    struct sim_list cleat_left;
-    int stiff_span_mats;   /* number of mats that one stiffener connects; 0: none */
-    int stiff_free_joints; /* number of joints between two stiffeners of the same line */
-    int stiff_lines, stiff_first;
+    struct sim_list cleat_remaining_share;
+    int stiffener_span_mats;   /* number of mats that one stiffener connects; 0: none */
+    int stiffener_free_joints; /* number of joints between two stiffeners of the same line */
+    int stiffener_line_count, stiffener_first_mat;
     /* stiffness along the runway, and largest force, of one stiffener line at a joint that it
      * crosses */
-    double stiff_k_lb_ft, stiff_grip_lb;
+    double stiffener_k_lb_ft, stiffener_grip_lb;
     /* stiffness and yield moment of one line in bending at a joint */
-    double stiff_kt_lb_ft_rad, stiff_yield_lb_ft;
+    double stiffener_kt_lb_ft_rad, stiffener_yield_lb_ft;
     /* Joint openings at which the stiffeners exert no force; empty: gap0. */
-    struct sim_list stiff_gap0_ft;
+    struct sim_list stiffener_gap0_ft;
     double lay_deg, lay_slide_lb, lay_mu;
-    struct sim_restraint restraint[SIM_RESTRAINT_KINDS];
+    struct sim_restraint restraint[SIM_RESTRAINT_KIND_COUNT];
     double tear_lb; /* tension that tears a joint; INFINITY: joints do not tear */
     struct sim_list torn;
 };
@@ -256,8 +256,8 @@ double sim_scene_start_s(const struct sim_scene *scene);
 /* Makes a copy of the scene, for the engines, whose times are relative to the start of the run,
  * because small times have a finer resolution than large ones. The copy shares all other lists with
  * the scene. A t_out before the start becomes 0; nothing moves before the start. */
-void sim_scene_shift_times(struct sim_scene *counted, const struct sim_scene *scene);
-void sim_scene_shift_times_free(struct sim_scene *counted, const struct sim_scene *scene);
+void sim_scene_shift_times(struct sim_scene *shifted, const struct sim_scene *scene);
+void sim_scene_shift_times_free(struct sim_scene *shifted, const struct sim_scene *scene);
 
 /* Returns the shortest time that a fixed step must resolve: during which the thrust exceeds the
  * limit of friction, or in which a mat comes to rest again. INFINITY without friction. */
@@ -270,13 +270,13 @@ double sim_scene_joint_value(const struct sim_list *list, int joint);
 bool sim_scene_is_varied(const struct sim_scene *scene);
 /* Value of a quantity at a joint, node or mat (from 1). If the scene has no list of the quantity,
  * returns `everywhere`. */
-double sim_scene_value_along(const struct sim_scene *scene, enum sim_varied which,
+double sim_scene_local_value(const struct sim_scene *scene, enum sim_varied which,
                              double everywhere, int at);
 /* Weight of mat 1..N, including a weight on the end of the runway. */
 double sim_scene_weight_lb(const struct sim_scene *scene, int mat);
 /* The value of a quantity that makes the stable step shortest: the largest stiffness or damping, or
  * the smallest weight. */
-double sim_scene_shortest_step_value(const struct sim_scene *scene, enum sim_varied which,
+double sim_scene_step_limiting_value(const struct sim_scene *scene, enum sim_varied which,
                                      double everywhere);
 /* Depth of node 1..N+1 at which the soil carries the weight of the node's mats. */
 double sim_scene_settlement_ft(const struct sim_scene *scene, int node);
@@ -294,14 +294,14 @@ const char *sim_scene_name(const struct sim_scene *scene);
 /* mods_free_lists releases all lists of the modifications. mods_collect_lists writes the addresses
  * of the lists. */
 void mods_free_lists(struct sim_mods *mods);
-#define MODS_LIST_COUNT (3 * SIM_BAND_GROUPS + 3 + SIM_RESTRAINT_KINDS)
+#define MODS_LIST_COUNT (3 * SIM_BAND_GROUPS + 3 + SIM_RESTRAINT_KIND_COUNT)
 /* writes the addresses of all lists of the modifications */
 void mods_collect_lists(struct sim_mods *mods, struct sim_list *lists[MODS_LIST_COUNT]);
 /* True if the scene has any modification. */
-bool mods_are_given(const struct sim_scene *scene);
+bool mods_are_present(const struct sim_scene *scene);
 
 /* The i-th (from 0) of the mats or joints `first` (0: `every`), `first` + `every`, ... */
-int mods_place(int first, int every, int i);
+int mods_nth_place(int first, int every, int i);
 /* Number of connections (riveted mats) of a group of bands, of cleats, and of restraints of a kind.
  * A group has one segment more than connections, or none. */
 int mods_connection_count(const struct sim_scene *scene, int group);

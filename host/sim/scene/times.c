@@ -40,7 +40,7 @@ double sim_scene_end_s(const struct sim_scene *scene)
 static bool is_scene_at_rest(const struct sim_scene *scene)
 {
     bool still = scene->v0_ft_s == 0.0 && scene->varied[SIM_VARIED_V0].count == 0 &&
-                 scene->q1_lb == 0.0 && scene->ground_ft.count == 0 && !mods_are_given(scene);
+                 scene->q1_lb == 0.0 && scene->ground_ft.count == 0 && !mods_are_present(scene);
     for (size_t i = 0; i < scene->bump_ft.count; i++)
         still = still && scene->bump_ft.values[i] == 0.0;
     for (size_t i = 0; i < scene->gap0_ft.count; i++)
@@ -65,31 +65,31 @@ static double time_from_start_s(double t_s, double start_s)
     return isfinite(t_s) ? round((t_s - start_s) * per_s) / per_s : t_s;
 }
 
-void sim_scene_shift_times(struct sim_scene *counted, const struct sim_scene *scene)
+void sim_scene_shift_times(struct sim_scene *shifted, const struct sim_scene *scene)
 {
     double start_s = sim_scene_start_s(scene);
-    *counted = *scene;
+    *shifted = *scene;
     if (start_s == 0.0)
         return;
-    counted->path = NULL;
-    counted->t_out_s.values = NULL;
-    sim_scene_set_path(counted, scene->path, scene->path_count);
-    sim_scene_set_list(&counted->t_out_s, scene->t_out_s.values, scene->t_out_s.count);
-    for (size_t i = 0; i < counted->path_count; i++)
-        counted->path[i].t_s = time_from_start_s(counted->path[i].t_s, start_s);
-    for (size_t i = 0; i < counted->t_out_s.count; i++)
-        counted->t_out_s.values[i] = fmax(0.0,
-                                          time_from_start_s(counted->t_out_s.values[i], start_s));
-    counted->force_stop_s = time_from_start_s(scene->force_stop_s, start_s);
+    shifted->path = NULL;
+    shifted->t_out_s.values = NULL;
+    sim_scene_set_path(shifted, scene->path, scene->path_count);
+    sim_scene_set_list(&shifted->t_out_s, scene->t_out_s.values, scene->t_out_s.count);
+    for (size_t i = 0; i < shifted->path_count; i++)
+        shifted->path[i].t_s = time_from_start_s(shifted->path[i].t_s, start_s);
+    for (size_t i = 0; i < shifted->t_out_s.count; i++)
+        shifted->t_out_s.values[i] = fmax(0.0,
+                                          time_from_start_s(shifted->t_out_s.values[i], start_s));
+    shifted->force_stop_s = time_from_start_s(scene->force_stop_s, start_s);
     if (scene->t_end_s > 0.0)
-        counted->t_end_s = time_from_start_s(scene->t_end_s, start_s);
+        shifted->t_end_s = time_from_start_s(scene->t_end_s, start_s);
 }
 
-void sim_scene_shift_times_free(struct sim_scene *counted, const struct sim_scene *scene)
+void sim_scene_shift_times_free(struct sim_scene *shifted, const struct sim_scene *scene)
 {
-    if (counted->path != scene->path) {
-        free(counted->path);
-        free(counted->t_out_s.values);
+    if (shifted->path != scene->path) {
+        free(shifted->path);
+        free(shifted->t_out_s.values);
     }
 }
 

@@ -35,7 +35,7 @@ struct chain {
     bool can_stick;
     bool is_varied; /* joints or mats have different properties (sim_scene_is_varied) */
     /* can_stick is true, the ends are fixed, all mats are equal, and there are no modifications */
-    bool is_plain;
+    bool has_only_joint_forces;
     double veps_ft_s;
     double mass_slug;
     const struct sim_scene *scene;
@@ -49,7 +49,7 @@ struct chain {
     double *v_ft_s;
     double *gap0_ft;
     double *grit_lb;
-    double *reach_ft;
+    double *grit_extent_ft;
     double *thrust_lb;
     double *limit_lb;        /* Coulomb limit of each mat */
     double *grit_yield_ft;   /* compression at which the grit yields: grit/KL */
@@ -58,8 +58,8 @@ struct chain {
     double *earlier_tension_lb;
     double *previous_v_ft_s;          /* speed of each mat before the last kick */
     double *kl_lb_ft, *mat_mass_slug; /* stiffness of each joint and mass of each mat */
-    double *max_push_lb;              /* largest compression and tension of each joint so far */
-    double *max_pull_lb;
+    double *max_compression_lb;       /* largest compression and tension of each joint so far */
+    double *max_tension_lb;
     double half_max_tension_lb; /* half of the largest tension so far */
     struct mods *mods;          /* NULL: the scene has no modifications */
     struct element_set elements;
@@ -79,7 +79,7 @@ static double unloaded_friction_limit_lb(const struct chain *chain, int mat)
 {
     double weight_lb = sim_scene_weight_lb(chain->scene, mat);
     return chain->scene->friction * weight_lb +
-           (chain->mods ? mods_cleat_lb(chain->mods, mat) : 0.0);
+           (chain->mods ? mods_cleat_hold_lb(chain->mods, mat) : 0.0);
 }
 
 static void chain_reset(struct chain *chain, const struct sim_scene *scene)
@@ -90,10 +90,10 @@ static void chain_reset(struct chain *chain, const struct sim_scene *scene)
         chain->gap0_ft[j] = sim_scene_joint_value(&scene->gap0_ft, j);
         double grit_lb = sim_scene_joint_value(&scene->grit_lb, j);
         chain->grit_lb[j] = grit_lb;
-        chain->kl_lb_ft[j] = sim_scene_value_along(scene, SIM_VARIED_KL, scene->kl_lb_ft, j);
+        chain->kl_lb_ft[j] = sim_scene_local_value(scene, SIM_VARIED_KL, scene->kl_lb_ft, j);
         chain->grit_yield_ft[j] = grit_lb / chain->kl_lb_ft[j];
-        chain->reach_ft[j] = joint_initial_reach_ft(chain->gap0_ft[j],
-                                                    chain->joint_constants.slack_ft);
+        chain->grit_extent_ft[j] = joint_initial_grit_extent_ft(chain->gap0_ft[j],
+                                                                chain->joint_constants.slack_ft);
     }
     for (size_t i = 0; i < chain->array_length; i++) {
         /* entries beyond the mats must never move: their limit is infinite */
@@ -105,7 +105,7 @@ static void chain_reset(struct chain *chain, const struct sim_scene *scene)
     for (int n = 1; n <= chain->mats; n++) {
         chain->limit_lb[n] = unloaded_friction_limit_lb(chain, n);
         chain->mat_mass_slug[n] = sim_scene_weight_lb(scene, n) / scene->g_ft_s2;
-        chain->v_ft_s[n] = sim_scene_value_along(scene, SIM_VARIED_V0,
+        chain->v_ft_s[n] = sim_scene_local_value(scene, SIM_VARIED_V0,
                                                  n == chain->v0_mat ? scene->v0_ft_s : 0.0, n);
     }
 }
@@ -130,7 +130,7 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
         .weight_friction_lb = scene->friction * scene->weight_lb,
         .load_friction_lb = scene->friction * scene->wheel_load_lb,
         .v0_mat = scene->v0_mat > 0 ? scene->v0_mat : first_mat,
-        .elements = element_set_of(scene),
+        .elements = element_set_from_scene(scene),
         .storage = storage,
         .array_length = length,
     };
@@ -138,14 +138,14 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
                                     &chain->v_ft_s,
                                     &chain->gap0_ft,
                                     &chain->grit_lb,
-                                    &chain->reach_ft,
+                                    &chain->grit_extent_ft,
                                     &chain->thrust_lb,
                                     &chain->limit_lb,
                                     &chain->grit_yield_ft,
                                     &chain->tension_lb,
                                     &chain->previous_v_ft_s,
-                                    &chain->max_push_lb,
-                                    &chain->max_pull_lb,
+                                    &chain->max_compression_lb,
+                                    &chain->max_tension_lb,
                                     &chain->last_tension_lb,
                                     &chain->earlier_tension_lb,
                                     &chain->kl_lb_ft,
@@ -161,8 +161,8 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
     chain->gear = gear_make(scene);
     chain->can_stick = chain->friction == SIM_FRICTION_STICK && chain->elements.count == 0 &&
                        !chain->gear;
-    chain->is_plain = chain->can_stick && !chain->mods && !chain->is_varied &&
-                      !chain->is_left_free && !chain->is_right_free;
+    chain->has_only_joint_forces = chain->can_stick && !chain->mods && !chain->is_varied &&
+                                   !chain->is_left_free && !chain->is_right_free;
     chain_reset(chain, scene);
 }
 
@@ -204,10 +204,10 @@ static struct mods_view chain_view(const struct chain *chain)
 
 /* For scenes with modifications. Call before a kick of mats first..last over h_s and after
  * chain_apply_load. Adds the forces of the bands to the riveted mats and reduces the hold of worn
- * cleats. Extends first..last to include riveted mats that now move. Call chain_unbrace after the
- * kick. */
-static void chain_brace(struct chain *chain, double h_s, const struct sim_touch *touch, int count,
-                        int *first, int *last)
+ * cleats. Extends first..last to include riveted mats that now move. Call chain_remove_braces after
+ * the kick. */
+static void chain_apply_braces(struct chain *chain, double h_s, const struct sim_touch *touch,
+                               int count, int *first, int *last)
 {
     struct mods *mods = chain->mods;
     struct mods_view view = chain_view(chain);
@@ -226,7 +226,7 @@ static void chain_brace(struct chain *chain, double h_s, const struct sim_touch 
     }
     if (!mods->has_bands)
         return;
-    mods_pull_bands(mods, &view, touch, count);
+    mods_apply_bands(mods, &view, touch, count);
     for (int c = 0; c < mods->brace_count; c++) {
         int mat = mods->brace_mat[c];
         mods->saved_thrust_lb[mat] = chain->thrust_lb[mat];
@@ -238,7 +238,7 @@ static void chain_brace(struct chain *chain, double h_s, const struct sim_touch 
     }
 }
 
-static void chain_unbrace(struct chain *chain)
+static void chain_remove_braces(struct chain *chain)
 {
     struct mods *mods = chain->mods;
     for (int c = 0; mods->has_bands && c < mods->brace_count; c++)
@@ -285,21 +285,21 @@ static void kick_mats_under_gear(const struct chain *chain, double h_s)
             step = element_make_step(&chain->elements, (struct element_mat){v_ft_s, true}, h_s,
                                      gear->mass_slug);
         double limit_lb = chain->friction == SIM_FRICTION_NONE ? 0.0 : chain->limit_lb[n];
-        chain->v_ft_s[n] = gear_speed_ft_s(gear, n, step.speed_factor * v_ft_s,
-                                           push_lb(chain, n) + step.push_lb, limit_lb,
-                                           step.equivalent_s);
+        chain->v_ft_s[n] = gear_solve_mat_speed_ft_s(gear, n, step.speed_factor * v_ft_s,
+                                                     push_lb(chain, n) + step.push_lb, limit_lb,
+                                                     step.equivalent_s);
     }
 }
 
 /* Kick of a scene with elements: each mat is computed separately. */
-static __attribute__((noinline)) unsigned kick_elements(const struct chain *chain, double h_s,
-                                                        int first, int last)
+static __attribute__((noinline)) unsigned kick_mats_with_elements(const struct chain *chain,
+                                                                  double h_s, int first, int last)
 {
     double *v = chain->v_ft_s;
     unsigned stops = 0;
     const struct element_set *set = &chain->elements;
     if (chain->gear && set->count == 0 && chain->friction == SIM_FRICTION_STICK) {
-        stops = LANES_CALL(stick, chain, h_s, h_s, block_start(chain, first),
+        stops = LANES_CALL(kick_with_sticking, chain, h_s, h_s, block_start(chain, first),
                            block_start(chain, last));
         kick_mats_under_gear(chain, h_s);
         return stops;
@@ -326,11 +326,12 @@ static __attribute__((noinline)) unsigned kick_elements(const struct chain *chai
     return stops;
 }
 
-static __attribute__((noinline)) void brace_joints(const struct chain *chain, int first, int last)
+static __attribute__((noinline)) void add_joint_mod_forces(const struct chain *chain, int first,
+                                                           int last)
 {
     struct mods_view view = chain_view(chain);
     if (chain->mods->has_joint_springs)
-        mods_pull_joints(chain->mods, &view, first, last);
+        mods_add_joint_forces(chain->mods, &view, first, last);
 }
 
 /* Kick: updates the speeds of mats first..last over h_s with the forces at the present joint
@@ -346,11 +347,11 @@ static unsigned chain_kick(struct chain *chain, double kick_s, double h_s, int f
     if (chain->is_right_free)
         chain->tension_lb[chain->mats + 1] = 0.0;
     if (chain->mods)
-        brace_joints(chain, block, block_start(chain, last + 1) + chain->block_size - 1);
+        add_joint_mod_forces(chain, block, block_start(chain, last + 1) + chain->block_size - 1);
     if (chain->can_stick)
-        return LANES_CALL(stick, chain, kick_s, h_s, block, block_start(chain, last));
+        return LANES_CALL(kick_with_sticking, chain, kick_s, h_s, block, block_start(chain, last));
     if (chain->elements.count > 0 || chain->gear)
-        return kick_elements(chain, kick_s, first, last);
+        return kick_mats_with_elements(chain, kick_s, first, last);
     kick_sliding_block(chain, kick_s, first, last);
     return 0;
 }
@@ -359,7 +360,7 @@ static double largest_tension_lb(const struct chain *chain, int first, int last)
 {
     double most_lb = 2.0 * chain->half_max_tension_lb;
     for (int j = first; j <= last + 1; j++)
-        most_lb = law_max(most_lb, law_max(chain->max_push_lb[j], chain->max_pull_lb[j]));
+        most_lb = law_max(most_lb, law_max(chain->max_compression_lb[j], chain->max_tension_lb[j]));
     return 0.5 * most_lb;
 }
 
@@ -373,7 +374,7 @@ static double joint_spring_stretch_ft(const struct chain *chain, int j)
     if (torn && g_ft > fmax(0.0, chain->joint_constants.slack_ft))
         return 0.0;
     return joint_stretch_ft(chain->joint_law, g_ft, chain->joint_constants.slack_ft,
-                            chain->reach_ft[j]);
+                            chain->grit_extent_ft[j]);
 }
 
 /* Kinetic energy and elastic energy of mats first..last and their joints, lb ft. */
@@ -405,37 +406,37 @@ static double chain_step_limit_s(const struct chain *chain)
     int ends = (chain->is_left_free ? 0 : 1) + (chain->is_right_free ? 0 : 1);
     double joints = chain->mats > 1 ? 4.0 : ends;
     struct law_joint stiffest = chain->joint_constants;
-    stiffest.kl_lb_ft = sim_scene_shortest_step_value(chain->scene, SIM_VARIED_KL,
+    stiffest.kl_lb_ft = sim_scene_step_limiting_value(chain->scene, SIM_VARIED_KL,
                                                       stiffest.kl_lb_ft);
-    double lightest_slug = sim_scene_shortest_step_value(chain->scene, SIM_VARIED_W,
+    double lightest_slug = sim_scene_step_limiting_value(chain->scene, SIM_VARIED_W,
                                                          chain->scene->weight_lb) /
                            chain->scene->g_ft_s2;
-    struct law_bound pulled = joint_bound(&stiffest, joints, lightest_slug);
-    struct law_bound rubbed = friction_bound(chain->friction,
-                                             chain->weight_friction_lb + chain->load_friction_lb,
-                                             lightest_slug, chain->veps_ft_s);
-    double rate2 = pulled.rate2, damping = pulled.damping + rubbed.damping;
+    struct law_rate_bound pulled = joint_rate_bound(&stiffest, joints, lightest_slug);
+    struct law_rate_bound rubbed =
+        friction_rate_bound(chain->friction, chain->weight_friction_lb + chain->load_friction_lb,
+                            lightest_slug, chain->veps_ft_s);
+    double rate_squared = pulled.rate_squared, damping = pulled.damping + rubbed.damping;
     if (chain->mods)
-        rate2 += mods_stiffness_lb_ft(chain->mods) / lightest_slug;
+        rate_squared += mods_stiffness_lb_ft(chain->mods) / lightest_slug;
     if (chain->mods)
         damping += mods_damping_lb_s_ft(chain->mods) / lightest_slug;
-    return 4.0 / (damping + sqrt(damping * damping + 4.0 * rate2));
+    return 4.0 / (damping + sqrt(damping * damping + 4.0 * rate_squared));
 }
 
 static void chain_describe(const struct chain *chain, const struct sim_scene *scene,
                            struct sim_result *result)
 {
-    sim_result_add_left_out(result, "vertical motion and rotation (model chain)");
+    sim_result_add_omitted_effect(result, "vertical motion and rotation (model chain)");
     if (chain->friction == SIM_FRICTION_NONE)
-        sim_result_add_left_out(result, "friction (none)");
+        sim_result_add_omitted_effect(result, "friction (none)");
     if (scene->cl_lb_s_ft == 0.0)
-        sim_result_add_left_out(result, "joint damping (CL 0)");
+        sim_result_add_omitted_effect(result, "joint damping (CL 0)");
     if (chain->joint_law == JOINT_LINEAR)
-        sim_result_add_left_out(result, "slack (0)");
+        sim_result_add_omitted_effect(result, "slack (0)");
     if (chain->joint_law != JOINT_GRIT)
-        sim_result_add_left_out(result, scene->slack_ft > 0.0
-                                            ? "grit (0 on every joint)"
-                                            : "grit (slack 0: no joint can be open)");
+        sim_result_add_omitted_effect(result, scene->slack_ft > 0.0
+                                                  ? "grit (0 on every joint)"
+                                                  : "grit (slack 0: no joint can be open)");
     else
         sim_result_add_note(
             result, "grit: a joint opens freely; each time it closes, it must overcome its grit");
@@ -503,12 +504,12 @@ struct window {
 struct pass {
     uint64_t step_count;
     /* fewer than `step_count` if the pass failed, or ended early because all mats came to rest */
-    uint64_t done_step_count;
+    uint64_t completed_step_count;
     double h_s;
     double ms;
     uint64_t events;
-    uint64_t awake_mat_steps;
-    int awake_mats_max;
+    uint64_t active_mat_steps;
+    int active_mats_max;
     int pass_number; /* number of the pass, an argument of may_continue */
     bool is_interrupted;
     bool is_failed;
@@ -516,7 +517,7 @@ struct pass {
     double t_s;
     double speed_end_ft_s;
     struct sim_record record;
-    double *max_push_lb, *max_pull_lb; /* largest compression and tension of each joint */
+    double *max_compression_lb, *max_tension_lb; /* largest compression and tension of each joint */
     struct mods_state *mods; /* state at the end of the pass; NULL without modifications */
 };
 
@@ -597,7 +598,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
 {
     struct sim_touch touch[SIM_TOUCH_MAX];
     bool prune = !options->integrates_all_mats && scene->mats > 4 &&
-                 element_can_rest(&chain->elements);
+                 element_allows_rest(&chain->elements);
     struct sim_wheel wheel;
     struct window window = {1, chain->mats, 0, 0};
     double h = pass->h_s;
@@ -609,26 +610,26 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
     put_in_lb_ft = chain_energy_lb_ft(chain, 1, chain->mats);
     sim_wheel_start(&wheel, scene);
     if (chain->gear)
-        gear_start(chain->gear, h);
+        gear_reset(chain->gear, h);
     sim_record_add(&pass->record, 0.0, chain->u_ft, chain->v_ft_s);
     for (uint64_t i = 0; i < pass->step_count; i++) {
         double from_s = i == 0 ? 0.0 : ((double)i - 0.5) * h;
         double to_s = ((double)i + 0.5) * h;
 
         chain_remove_load(chain, touch, count);
-        count = chain->gear ? gear_span(chain->gear, from_s, to_s, touch)
-                            : sim_wheel_span(&wheel, from_s, to_s, touch);
+        count = chain->gear ? gear_compute_action(chain->gear, from_s, to_s, touch)
+                            : sim_wheel_compute_action(&wheel, from_s, to_s, touch);
         extend_window(&window, chain, touch, count);
         chain_apply_load(chain, touch, count);
         if (chain->mods)
-            chain_brace(chain, to_s - from_s, touch, count, &window.first, &window.last);
-        if (chain->is_plain)
+            chain_apply_braces(chain, to_s - from_s, touch, count, &window.first, &window.last);
+        if (chain->has_only_joint_forces)
             pass->events += LANES_CALL(step, chain, to_s - from_s, h,
                                        block_start(chain, window.first), window.last);
         else
             pass->events += chain_kick(chain, to_s - from_s, h, window.first, window.last);
         if (chain->mods)
-            chain_unbrace(chain);
+            chain_remove_braces(chain);
         if (prune && i == 0)
             shrink_window(&window, chain);
         else if (prune)
@@ -637,13 +638,13 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         bool still = prune && i > 0 && is_window_at_rest(&window) &&
                      sim_wheel_is_past_path(&wheel, from_s);
         bool last = still || i + 1 == pass->step_count;
-        pass->done_step_count = i + 1;
+        pass->completed_step_count = i + 1;
         int awake = window.last - window.first + 1;
-        pass->awake_mat_steps += (uint64_t)awake;
-        pass->awake_mats_max = awake > pass->awake_mats_max ? awake : pass->awake_mats_max;
+        pass->active_mat_steps += (uint64_t)awake;
+        pass->active_mats_max = awake > pass->active_mats_max ? awake : pass->active_mats_max;
         for (int k = 0; k < count; k++)
             put_in_lb_ft += fabs(touch[k].thrust_lb * chain->v_ft_s[touch[k].mat]) * h;
-        if (!chain->is_plain)
+        if (!chain->has_only_joint_forces)
             LANES_CALL(drift, chain, h, block_start(chain, window.first),
                        block_start(chain, window.last + 1));
 
@@ -672,17 +673,18 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             break;
         }
         if (still) {
-            pass->awake_mat_steps += (uint64_t)awake * (pass->step_count - pass->done_step_count);
+            pass->active_mat_steps += (uint64_t)awake *
+                                      (pass->step_count - pass->completed_step_count);
             break;
         }
     }
     if (chain->mods) {
         struct mods_view view = chain_view(chain);
-        pass->mods = mods_finish(chain->mods, &view);
+        pass->mods = mods_copy_end_state(chain->mods, &view);
     }
-    size_t size = ((size_t)chain->mats + 2) * sizeof *chain->max_push_lb;
-    pass->max_push_lb = xmemdup(chain->max_push_lb, size);
-    pass->max_pull_lb = xmemdup(chain->max_pull_lb, size);
+    size_t size = ((size_t)chain->mats + 2) * sizeof *chain->max_compression_lb;
+    pass->max_compression_lb = xmemdup(chain->max_compression_lb, size);
+    pass->max_tension_lb = xmemdup(chain->max_tension_lb, size);
     pass->speed_end_ft_s = fabs(chain->v_ft_s[find_fastest_mat(chain)]);
     pass->ms = 1e3 * (monotonic_s() - begin_s);
 }
@@ -690,8 +692,8 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
 static void free_pass(struct pass *pass)
 {
     sim_record_free(&pass->record);
-    free(pass->max_push_lb);
-    free(pass->max_pull_lb);
+    free(pass->max_compression_lb);
+    free(pass->max_tension_lb);
     free(pass->mods);
     *pass = (struct pass){0};
 }
@@ -707,9 +709,9 @@ static void make_pass(struct pass *pass, const struct sim_scene *scene,
 
 static void add_pass_cost(const struct pass *pass, struct sim_result *result)
 {
-    result->evaluations += pass->done_step_count;
+    result->evaluations += pass->completed_step_count;
     /* these steps count as rejected unless this pass becomes the result */
-    result->other_steps += pass->done_step_count;
+    result->other_steps += pass->completed_step_count;
 }
 
 static void start_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
@@ -737,7 +739,7 @@ static bool may_passes_continue(void *context, int pass_from_1, double part)
     return !atomic_load(&both->stopped);
 }
 
-static void run_passes_of_thread(void *context, size_t from, size_t every)
+static void run_thread_passes(void *context, size_t from, size_t every)
 {
     struct parallel_passes *both = context;
     for (size_t i = from; i < 2; i += every) {
@@ -761,7 +763,7 @@ static void run_both_passes(struct pass *fine, struct pass *coarse, struct chain
     chain_make(&other, scene, chain->v0_mat);
     make_pass(coarse, scene, options, coarse_steps, result);
     make_pass(fine, scene, options, fine_steps, result);
-    parallel_for(2, run_passes_of_thread, &both);
+    parallel_for(2, run_thread_passes, &both);
     add_pass_cost(coarse, result);
     add_pass_cost(fine, result);
     chain_free(&other);
@@ -773,13 +775,13 @@ static void fill_result(struct chain *chain, struct pass *pass, const struct pas
     result->dt_s = pass->h_s;
     result->checked_dt_s = other->h_s;
     result->pass_ms = pass->ms;
-    result->steps = pass->done_step_count;
-    result->other_steps -= pass->done_step_count;
+    result->steps = pass->completed_step_count;
+    result->other_steps -= pass->completed_step_count;
     result->events = pass->events;
-    result->integrated_mats_max = pass->awake_mats_max;
-    result->integrated_mats_mean = (double)pass->awake_mat_steps /
+    result->integrated_mats_max = pass->active_mats_max;
+    result->integrated_mats_mean = (double)pass->active_mat_steps /
                                    (double)(pass->is_failed || pass->is_interrupted
-                                                ? pass->done_step_count
+                                                ? pass->completed_step_count
                                                 : pass->step_count);
     if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
         return;
@@ -791,14 +793,14 @@ static void fill_result(struct chain *chain, struct pass *pass, const struct pas
     if (result->status == SIM_OK)
         memcpy(chain->u_ft, pass->record.snapshots[pass->record.snapshot_count - 1].u_ft,
                ((size_t)chain->mats + 1) * sizeof *chain->u_ft);
-    sim_record_chain_to_result(&pass->record, chain->u_ft, pass->max_push_lb, pass->max_pull_lb,
-                               result);
+    sim_record_move_chain_to_result(&pass->record, chain->u_ft, pass->max_compression_lb,
+                                    pass->max_tension_lb, result);
     for (int j = 1; j <= chain->mats + 1; j++)
         result->gap_ft[j] = chain_opening_ft(chain, j);
 }
 
 /* Makes the finer pass the coarser pass of the next pair. */
-static void move_finer_pass(struct pass *to, struct pass *from)
+static void move_pass(struct pass *to, struct pass *from)
 {
     free_pass(to);
     *to = *from;
@@ -867,7 +869,7 @@ static void run_pass_pairs(struct chain *chain, const struct sim_scene *scene,
         start_pass(&coarse, chain, scene, options, coarser, result);
     for (int halvings = 0;; halvings++, both = false) {
         if (coarse.is_interrupted && !both) {
-            move_finer_pass(&fine, &coarse);
+            move_pass(&fine, &coarse);
             break;
         }
         if (!both)
@@ -877,7 +879,7 @@ static void run_pass_pairs(struct chain *chain, const struct sim_scene *scene,
             break;
         bool near_limit = refine && coarse.h_s > 0.54 * result->dt_limit_s;
         if (coarse.is_failed && !fine.is_failed && near_limit) {
-            move_finer_pass(&coarse, &fine);
+            move_pass(&coarse, &fine);
             continue;
         }
         if (coarse.is_failed || fine.is_failed) {
@@ -907,7 +909,7 @@ static void run_pass_pairs(struct chain *chain, const struct sim_scene *scene,
             sim_result_set_status(result, SIM_STEP_UNDERFLOW, apart.mat, apart.t_s);
             break;
         }
-        move_finer_pass(&coarse, &fine);
+        move_pass(&coarse, &fine);
     }
     if (fine.is_interrupted) {
         sim_result_set_status(result, SIM_INTERRUPTED, fine.mat, fine.t_s);

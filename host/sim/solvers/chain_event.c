@@ -31,8 +31,8 @@
 struct tolerance_run {
     double tolerance, longest_step_s, run_ms;
     uint64_t step_count, switch_count;
-    double awake_mat_s;
-    int awake_mats_max, pass_number;
+    double active_mat_time_s;
+    int active_mats_max, pass_number;
     enum sim_status status;
     int failed_mat;
     struct sim_record record;
@@ -40,7 +40,7 @@ struct tolerance_run {
 
 bool chain_event_is_supported(const struct sim_scene *scene)
 {
-    return !mods_are_given(scene) && !sim_scene_is_varied(scene);
+    return !mods_are_present(scene) && !sim_scene_is_varied(scene);
 }
 
 /* Updates the largest forces of each joint. The largest force in a step is that at one of several
@@ -51,8 +51,8 @@ static void update_peak_tensions(struct motion *m, int first, int last, int orde
     for (int j = first; j <= last + 1; j++) {
         double reach = m->tension_change_max[j], s[POLYNOMIAL_DEGREE_MAX], before = 0.0,
                middle = 0.0;
-        if (m->tension_terms[0][j] + reach <= m->max_pull_lb[j] &&
-            reach - m->tension_terms[0][j] <= m->max_push_lb[j])
+        if (m->tension_terms[0][j] + reach <= m->max_tension_lb[j] &&
+            reach - m->tension_terms[0][j] <= m->max_compression_lb[j])
             continue;
         for (int k = 0; k < order; k++)
             s[k] = m->tension_terms[k][j];
@@ -61,8 +61,9 @@ static void update_peak_tensions(struct motion *m, int first, int last, int orde
             if (i >= 2 && (middle - before) * (middle - after) > 0.0)
                 top -= (after - before) * (after - before) /
                        (8.0 * (before - 2.0 * middle + after));
-            m->max_pull_lb[j] = law_max(m->max_pull_lb[j], law_max(after, i ? top : after));
-            m->max_push_lb[j] = law_max(m->max_push_lb[j], -law_min(after, i ? top : after));
+            m->max_tension_lb[j] = law_max(m->max_tension_lb[j], law_max(after, i ? top : after));
+            m->max_compression_lb[j] = law_max(m->max_compression_lb[j],
+                                               -law_min(after, i ? top : after));
             before = middle;
             middle = after;
         }
@@ -76,9 +77,10 @@ static void record_samples(struct motion *m, struct tolerance_run *run, int firs
 {
     while (run->record.next_record_s <= (at_end ? DBL_MAX : m->t_s + h)) {
         double at_s = law_min(h, run->record.next_record_s - m->t_s);
-        memcpy(m->u_at, m->u_terms[0], ((size_t)m->mats + 2) * sizeof *m->u_at);
-        motion_evaluate(m, first, last, order, at_s, m->u_at, NULL);
-        sim_record_add(&run->record, run->record.next_record_s, m->u_at, m->speed_change_max);
+        memcpy(m->sampled_u_ft, m->u_terms[0], ((size_t)m->mats + 2) * sizeof *m->sampled_u_ft);
+        motion_evaluate(m, first, last, order, at_s, m->sampled_u_ft, NULL);
+        sim_record_add(&run->record, run->record.next_record_s, m->sampled_u_ft,
+                       m->speed_change_max);
     }
 }
 
@@ -97,7 +99,7 @@ static void find_step_window(const struct motion *m, int *first, int *last)
 static void update_ground_force(struct motion *m, struct mat_load *part)
 {
     part->ground_force_lb += part->slope_lb_ft * m->u_terms[0][part->mat];
-    if (part->axle_count > 0.0 && part->mode == GROUND_YIELDS)
+    if (part->axle_count > 0.0 && part->mode == GROUND_YIELDING)
         part->ground_force_lb = part->force_sign * motion_ground_limit_lb(m, part);
     if (part->axle_count > 0.0)
         m->friction_force_lb[part->mat] = part->ground_force_lb;
@@ -130,11 +132,11 @@ static void run_at_tolerance(struct motion *m, struct tolerance_run *run,
         motion_evaluate(m, first, last, order, h, m->u_terms[0], m->u_terms[1]);
         m->max_speed_ft_s = law_max(m->max_speed_ft_s,
                                     motion_largest_value(m->u_terms[1], first, last));
-        if (m->t_s > 0.0 && last - first + 1 > run->awake_mats_max)
-            run->awake_mats_max = last - first + 1;
+        if (m->t_s > 0.0 && last - first + 1 > run->active_mats_max)
+            run->active_mats_max = last - first + 1;
         m->t_s = over ? until_s : m->t_s + h;
         run->step_count++;
-        run->awake_mat_s += h * (last - first + 1);
+        run->active_mat_time_s += h * (last - first + 1);
         run->longest_step_s = law_max(run->longest_step_s, h);
         usual_s = event.mat + event.joint == 0 ? law_max(2.0 * h, usual_s)
                 : h > 0.0                      ? usual_s + 0.25 * (h - usual_s)
@@ -186,13 +188,14 @@ static void fill_result(const struct motion *m, struct tolerance_run *run,
     result->steps = run->step_count;
     result->other_steps -= run->step_count;
     result->events = run->switch_count;
-    result->integrated_mats_max = run->awake_mats_max;
-    result->integrated_mats_mean = m->t_s > 0.0 ? run->awake_mat_s / m->t_s : 0.0;
+    result->integrated_mats_max = run->active_mats_max;
+    result->integrated_mats_mean = m->t_s > 0.0 ? run->active_mat_time_s / m->t_s : 0.0;
     if (result->status != SIM_OK && result->status != SIM_INTERRUPTED &&
         result->status != SIM_UNPREDICTABLE)
         return;
     result->speed_end_ft_s = motion_largest_value(m->u_terms[1], 1, m->mats);
-    sim_record_chain_to_result(&run->record, m->u_terms[0], m->max_push_lb, m->max_pull_lb, result);
+    sim_record_move_chain_to_result(&run->record, m->u_terms[0], m->max_compression_lb,
+                                    m->max_tension_lb, result);
     for (int j = 1; j <= m->mats + 1; j++)
         result->gap_ft[j] = motion_opening_ft(m, j);
 }

@@ -7,7 +7,7 @@ typedef lanes LANES(stored) __attribute__((aligned(8), may_alias));
 #define STORE_LANES(at, value) (*(LANES(stored) *)(at) = (LANES(stored))(value))
 #define BLOCK_MATS             ((int)LANES_COUNT)
 
-LANES_INLINE unsigned LANES(count)(masks set)
+LANES_INLINE unsigned LANES(count_set)(masks set)
 {
     unsigned sum = 0;
     for (int i = 0; i < BLOCK_MATS; i++)
@@ -36,17 +36,17 @@ LANES_INLINE lanes LANES(pull)(const struct chain *chain, int j, enum joint_law 
         return joint.kl_lb_ft * g_ft + joint.cl_lb_s_ft * rate_ft_s;
     const lanes none = {0};
     bool gritty = law == JOINT_GRIT;
-    struct LANES(pull)
-        pull = LANES(joint_pull)(joint, gritty ? LOAD_LANES(chain->grit_lb + j) : none,
-                                 gritty ? LOAD_LANES(chain->grit_yield_ft + j) : none,
-                                 gritty ? LOAD_LANES(chain->reach_ft + j) : none, g_ft, rate_ft_s);
+    struct LANES(pull) pull =
+        LANES(joint_pull)(joint, gritty ? LOAD_LANES(chain->grit_lb + j) : none,
+                          gritty ? LOAD_LANES(chain->grit_yield_ft + j) : none,
+                          gritty ? LOAD_LANES(chain->grit_extent_ft + j) : none, g_ft, rate_ft_s);
     if (gritty)
-        STORE_LANES(chain->reach_ft + j, pull.reach_ft);
+        STORE_LANES(chain->grit_extent_ft + j, pull.grit_extent_ft);
     return pull.lb;
 }
 
 /* Stores the newest tensions. The last three of each joint are kept. */
-LANES_INLINE void LANES(keep)(const struct chain *chain, int j, lanes tension_lb)
+LANES_INLINE void LANES(store_tension)(const struct chain *chain, int j, lanes tension_lb)
 {
     STORE_LANES(chain->earlier_tension_lb + j, LOAD_LANES(chain->last_tension_lb + j));
     STORE_LANES(chain->last_tension_lb + j, LOAD_LANES(chain->tension_lb + j));
@@ -58,16 +58,16 @@ LANES_INLINE void LANES(pull_blocks)(const struct chain *all, int first, int las
 {
     const struct chain copy = *all, *chain = &copy;
     for (int j = first; j <= last; j += BLOCK_MATS)
-        LANES(keep)(chain, j, LANES(pull)(chain, j, law));
+        LANES(store_tension)(chain, j, LANES(pull)(chain, j, law));
 }
 
 /* Speeds of the block of mats at n after a kick, from the speeds before it. */
 LANES_INLINE struct LANES(slip)
-    LANES(slip)(const struct chain *chain, int n, lanes v_ft_s, lanes per_lb)
+    LANES(slip)(const struct chain *chain, int n, lanes v_ft_s, lanes step_per_mass)
 {
     lanes pull_lb = LOAD_LANES(chain->tension_lb + n + 1) - LOAD_LANES(chain->tension_lb + n);
     struct LANES(slip) slip = LANES(mat_slip)(v_ft_s, pull_lb + LOAD_LANES(chain->thrust_lb + n),
-                                              LOAD_LANES(chain->limit_lb + n), per_lb);
+                                              LOAD_LANES(chain->limit_lb + n), step_per_mass);
     STORE_LANES(chain->v_ft_s + n, slip.v_ft_s);
     return slip;
 }
@@ -77,7 +77,8 @@ LANES_INLINE struct LANES(slip)
  * under constant force but not for such mats. v: speed before the kick. The result is the distance
  * to add so that the following drift (update of the positions) over h ends at the right
  * position. */
-LANES_INLINE lanes LANES(place_ft)(lanes v_ft_s, struct LANES(slip) slip, double kick_s, double h_s)
+LANES_INLINE lanes LANES(stop_correction_ft)(lanes v_ft_s, struct LANES(slip) slip, double kick_s,
+                                             double h_s)
 {
     const lanes none = {0}, half = LAW_VALUE(0.5), half_s = LAW_VALUE(0.5 * h_s);
     lanes left_s = slip.left * LAW_VALUE(kick_s), until_s = LAW_VALUE(kick_s) - left_s;
@@ -92,11 +93,11 @@ LANES_INLINE lanes LANES(place_ft)(lanes v_ft_s, struct LANES(slip) slip, double
 /* Updates the largest tensions of the block of joints at j, from their last three tensions. For
  * tensions that are large compared with those of other joints, the peak between steps is used: the
  * vertex of the parabola through the three values, if all have the same sign. */
-LANES_INLINE void LANES(note)(const struct chain *chain, int j, lanes first_lb, lanes middle_lb,
-                              lanes last_lb)
+LANES_INLINE void LANES(update_peak_tensions)(const struct chain *chain, int j, lanes first_lb,
+                                              lanes middle_lb, lanes last_lb)
 {
-    lanes push_lb = LANES(greater)(-last_lb, LOAD_LANES(chain->max_push_lb + j));
-    lanes pull_lb = LANES(greater)(last_lb, LOAD_LANES(chain->max_pull_lb + j));
+    lanes push_lb = LANES(max)(-last_lb, LOAD_LANES(chain->max_compression_lb + j));
+    lanes pull_lb = LANES(max)(last_lb, LOAD_LANES(chain->max_tension_lb + j));
     masks large = LAW_IS_GREATER(LAW_ABS(middle_lb), LAW_VALUE(chain->half_max_tension_lb));
     if (LANES(any)(large)) {
         const lanes none = {0};
@@ -108,33 +109,33 @@ LANES_INLINE void LANES(note)(const struct chain *chain, int j, lanes first_lb, 
                     LAW_IS_GREATER(last_lb * middle_lb, none);
         lanes most_lb = middle_lb + LAW_IF_ELSE_ZERO(top, across_lb * across_lb /
                                                               (LAW_VALUE(8) * (up_lb + down_lb)));
-        push_lb = LANES(greater)(-most_lb, push_lb);
-        pull_lb = LANES(greater)(most_lb, pull_lb);
+        push_lb = LANES(max)(-most_lb, push_lb);
+        pull_lb = LANES(max)(most_lb, pull_lb);
     }
-    STORE_LANES(chain->max_push_lb + j, push_lb);
-    STORE_LANES(chain->max_pull_lb + j, pull_lb);
+    STORE_LANES(chain->max_compression_lb + j, push_lb);
+    STORE_LANES(chain->max_tension_lb + j, pull_lb);
 }
 
 /* Kick with friction law stick, for the mats of the blocks first..last, which may be at rest,
  * moving or stopping. Returns the number of mats that stopped. */
-static unsigned LANES(stick)(const struct chain *all, double kick_s, double h_s, int first,
-                             int last)
+static unsigned LANES(kick_with_sticking)(const struct chain *all, double kick_s, double h_s,
+                                          int first, int last)
 {
     const struct chain copy = *all, *chain = &copy;
-    lanes per_lb = LAW_VALUE(kick_s / chain->mass_slug);
+    lanes step_per_mass = LAW_VALUE(kick_s / chain->mass_slug);
     unsigned stops = 0;
     for (int n = first; n <= last; n += BLOCK_MATS) {
         if (chain->is_varied)
-            per_lb = LAW_VALUE(kick_s) / LOAD_LANES(chain->mat_mass_slug + n);
+            step_per_mass = LAW_VALUE(kick_s) / LOAD_LANES(chain->mat_mass_slug + n);
         lanes v_ft_s = LOAD_LANES(chain->v_ft_s + n);
         STORE_LANES(chain->previous_v_ft_s + n, v_ft_s);
-        struct LANES(slip) slip = LANES(slip)(chain, n, v_ft_s, per_lb);
+        struct LANES(slip) slip = LANES(slip)(chain, n, v_ft_s, step_per_mass);
         if (!LANES(any)(slip.stops))
             continue;
-        stops += LANES(count)(slip.stops);
+        stops += LANES(count_set)(slip.stops);
         if (!chain->gear)
-            STORE_LANES(chain->u_ft + n,
-                        LOAD_LANES(chain->u_ft + n) + LANES(place_ft)(v_ft_s, slip, kick_s, h_s));
+            STORE_LANES(chain->u_ft + n, LOAD_LANES(chain->u_ft + n) +
+                                             LANES(stop_correction_ft)(v_ft_s, slip, kick_s, h_s));
     }
     return stops;
 }
@@ -147,7 +148,7 @@ static void LANES(drift)(const struct chain *all, double h_s, int first, int las
     for (int n = first; n <= last; n += BLOCK_MATS) {
         STORE_LANES(chain->u_ft + n,
                     LOAD_LANES(chain->u_ft + n) + LAW_VALUE(h_s) * LOAD_LANES(chain->v_ft_s + n));
-        LANES(note)
+        LANES(update_peak_tensions)
         (chain, n, LOAD_LANES(chain->earlier_tension_lb + n),
          LOAD_LANES(chain->last_tension_lb + n), LOAD_LANES(chain->tension_lb + n));
     }
@@ -156,27 +157,27 @@ static void LANES(drift)(const struct chain *all, double h_s, int first, int las
 /* A whole step (kick over kick_s, drift over h_s) of mats first..last and their joints up to last +
  * 1. Only for scenes in which joints, thrust and sticking friction are the only forces. `first` is
  * the start of a block. */
-LANES_INLINE unsigned LANES(stride)(const struct chain *all, double kick_s, double h_s, int first,
-                                    int last, enum joint_law law)
+LANES_INLINE unsigned LANES(step_range)(const struct chain *all, double kick_s, double h_s,
+                                        int first, int last, enum joint_law law)
 {
     /* a local copy, which tells the compiler that stores do not change the pointers */
     const struct chain copy = *all, *chain = &copy;
-    lanes per_lb = LAW_VALUE(kick_s / chain->mass_slug);
+    lanes step_per_mass = LAW_VALUE(kick_s / chain->mass_slug);
     unsigned stops = 0;
     for (int j = first; j <= last + 1; j += BLOCK_MATS) {
         lanes before_lb = LOAD_LANES(chain->last_tension_lb + j),
               last_lb = LOAD_LANES(chain->tension_lb + j);
         lanes tension_lb = LANES(pull)(chain, j, law);
-        LANES(note)(chain, j, before_lb, last_lb, tension_lb);
+        LANES(update_peak_tensions)(chain, j, before_lb, last_lb, tension_lb);
         STORE_LANES(chain->last_tension_lb + j, last_lb);
         STORE_LANES(chain->tension_lb + j, tension_lb);
     }
     for (int n = first; n <= last; n += BLOCK_MATS) {
         lanes v_ft_s = LOAD_LANES(chain->v_ft_s + n), u_ft = LOAD_LANES(chain->u_ft + n);
-        struct LANES(slip) slip = LANES(slip)(chain, n, v_ft_s, per_lb);
+        struct LANES(slip) slip = LANES(slip)(chain, n, v_ft_s, step_per_mass);
         if (LANES(any)(slip.stops)) {
-            stops += LANES(count)(slip.stops);
-            u_ft += LANES(place_ft)(v_ft_s, slip, kick_s, h_s);
+            stops += LANES(count_set)(slip.stops);
+            u_ft += LANES(stop_correction_ft)(v_ft_s, slip, kick_s, h_s);
         }
         STORE_LANES(chain->u_ft + n, u_ft + LAW_VALUE(h_s) * slip.v_ft_s);
     }
@@ -192,7 +193,7 @@ LANES_INLINE unsigned LANES(stride)(const struct chain *all, double kick_s, doub
 static unsigned LANES(step)(const struct chain *chain, double kick_s, double h_s, int first,
                             int last)
 {
-    return CALL_FOR_JOINT_LAW(chain, LANES(stride), kick_s, h_s, first, last);
+    return CALL_FOR_JOINT_LAW(chain, LANES(step_range), kick_s, h_s, first, last);
 }
 
 static void LANES(pull_joints)(const struct chain *chain, int first, int last)

@@ -41,7 +41,7 @@ LAW_INLINE void expand_tensions(const struct motion *m, int k, int first, int co
     for (int j = 0; j < count; j++)
         pull[j] = a[j] * (u[j] - u[j - 1]) + b[j] * (factor * (v[j] - v[j - 1]));
     for (int j = 0; k == 0 && j < count; j++)
-        pull[j] += a[j] * m->gap0_ft[first + j] + m->tension_at_lb[first + j];
+        pull[j] += a[j] * m->gap0_ft[first + j] + m->tension_c_lb[first + j];
 }
 
 /* Computes the series of y = tanh w, with w = speed / veps, from y' = (1 - y^2) w'. */
@@ -95,7 +95,7 @@ TARGET_CLONES void motion_expand_series(const struct motion *m, int first, int l
             const struct mat_load *part = &m->loads[i];
             m->u_terms[k + 2][part->mat] -=
                 part->slope_lb_ft * m->u_terms[k][part->mat] +
-                (k == 1 && part->mode == GROUND_YIELDS
+                (k == 1 && part->mode == GROUND_YIELDING
                      ? part->force_sign * m->load_friction_lb * part->load_share[1]
                      : 0.0);
         }
@@ -220,7 +220,7 @@ static double speed_rounding_ft_s(const struct motion *m)
 
 static double tension_rounding_lb(const struct motion *m, int j)
 {
-    if (m->joint_mode[j] == JOINT_CUT || m->joint_mode[j] == JOINT_OPEN ||
+    if (m->joint_mode[j] == JOINT_ABSENT || m->joint_mode[j] == JOINT_OPEN ||
         m->joint_mode[j] == JOINT_GRIT_OPENING)
         return 0.0;
     return m->kl_lb_ft * opening_rounding_ft(m, j) + m->cl_lb_s_ft * speed_rounding_ft_s(m) +
@@ -230,7 +230,7 @@ static double tension_rounding_lb(const struct motion *m, int j)
 static double tension_lb(const struct motion *m, int j)
 {
     return m->tension_a[j] * motion_opening_ft(m, j) +
-           m->tension_b[j] * (m->u_terms[1][j] - m->u_terms[1][j - 1]) + m->tension_at_lb[j];
+           m->tension_b[j] * (m->u_terms[1][j] - m->u_terms[1][j - 1]) + m->tension_c_lb[j];
 }
 
 static double push_lb(const struct motion *m, int n)
@@ -244,14 +244,14 @@ static double push_rounding_lb(const struct motion *m, int n)
            ROUNDING_SHARE * (m->limit_lb[n] + fabs(m->thrust_terms[0][n]));
 }
 
-static void opening_series(const struct motion *m, int j, int order, double *g)
+static void compute_opening_series(const struct motion *m, int j, int order, double *g)
 {
     g[0] = motion_opening_ft(m, j);
     for (int k = 1; k <= order; k++)
         g[k] = m->u_terms[k][j] - m->u_terms[k][j - 1];
 }
 
-static void keep_earlier_event(struct event *event, double h, int mat, int joint, int which)
+static void replace_if_earlier(struct event *event, double h, int mat, int joint, int which)
 {
     if (h < event->h_s || (h == event->h_s && event->mat + event->joint == 0))
         *event = (struct event){h, mat, joint, which};
@@ -279,30 +279,30 @@ static void find_ground_event(const struct motion *m, const struct mat_load *par
     v[order] = 0.0;
     for (int k = 0; k < order; k++)
         v[k] = part->force_sign * (k + 1) * m->u_terms[k + 1][n];
-    if (part->mode == GROUND_YIELDS) {
+    if (part->mode == GROUND_YIELDING) {
         double rate = part->k_lb_ft / (limit_rate < 0.0 ? m->recovered_share : 1.0);
         for (int k = 0; k < order; k++)
             s[k] = rate * v[k];
         s[0] -= limit_rate;
-        keep_earlier_event(
+        replace_if_earlier(
             event,
             polynomial_first_negative_s(s, order - 1, event->h_s, rate * speed_rounding_ft_s(m)), n,
             0, 1);
         return;
     }
     for (int which = 0; which < 3; which++) {
-        if (which == 2 && part->mode == GROUND_LOADS)
+        if (which == 2 && part->mode == GROUND_LOADING)
             continue;
         s[0] = part->force_sign * part->ground_force_lb;
         for (int k = 1; k <= order; k++)
             s[k] = part->force_sign * part->slope_lb_ft * m->u_terms[k][n];
         for (int k = 0; which < 2 && k <= order; k++)
-            s[k] = which == 0 ? (part->mode == GROUND_LOADS ? v[k] : -v[k]) : -s[k];
+            s[k] = which == 0 ? (part->mode == GROUND_LOADING ? v[k] : -v[k]) : -s[k];
         if (which == 1) {
             s[0] += limit_lb;
             s[1] += limit_rate;
         }
-        keep_earlier_event(
+        replace_if_earlier(
             event,
             polynomial_first_negative_s(s, order, event->h_s,
                                         which == 0 ? speed_rounding_ft_s(m) : noise_lb),
@@ -325,7 +325,7 @@ static void find_mat_event(const struct motion *m, int n, int order, struct even
             for (int k = 0; k < order; k++)
                 s[k] = -way * (k + 1) * m->u_terms[k + 1][n];
             s[0] += far_ft_s;
-            keep_earlier_event(
+            replace_if_earlier(
                 event,
                 polynomial_first_negative_s(s, order - 1, event->h_s, speed_rounding_ft_s(m)), n, 0,
                 0);
@@ -341,7 +341,7 @@ static void find_mat_event(const struct motion *m, int n, int order, struct even
         for (int k = 0; k < order; k++)
             s[k] = way * (k + 1) * m->u_terms[k + 1][n];
         s[0] -= near_ft_s;
-        keep_earlier_event(
+        replace_if_earlier(
             event, polynomial_first_negative_s(s, order - 1, event->h_s, speed_rounding_ft_s(m)), n,
             0, 0);
         return;
@@ -357,7 +357,7 @@ static void find_mat_event(const struct motion *m, int n, int order, struct even
             s[k] = -way * (m->tension_terms[k][n + 1] - m->tension_terms[k][n] +
                            (k < 3 ? m->thrust_terms[k][n] : 0.0));
         s[0] += m->limit_lb[n];
-        keep_earlier_event(
+        replace_if_earlier(
             event, polynomial_first_negative_s(s, order - 1, event->h_s, push_rounding_lb(m, n)), n,
             0, 0);
     }
@@ -386,17 +386,17 @@ static bool find_joint_mode_end(const struct motion *m, int j, int which, const 
     case JOINT_GRIT_HOLDS:
         of = first ? LIMITS_OPENING : LIMITS_FORCE;
         way = which == 2 ? 1.0 : -1.0;
-        at = first ? m->reach_ft[j] : which == 1 ? 0.0 : -m->grit_lb[j];
+        at = first ? m->grit_extent_ft[j] : which == 1 ? 0.0 : -m->grit_lb[j];
         break;
     case JOINT_GRIT_FORCELESS:
         of = first ? LIMITS_OPENING : LIMITS_FORCE;
         way = first ? -1.0 : 1.0;
-        at = first ? m->reach_ft[j] : 0.0;
+        at = first ? m->grit_extent_ft[j] : 0.0;
         break;
     case JOINT_GRIT_AT_LIMIT:
         of = first ? LIMITS_OPENING : LIMITS_FORCE;
         way = first ? 1.0 : -1.0;
-        at = first ? m->reach_ft[j] - m->grit_lb[j] / m->kl_lb_ft : -m->grit_lb[j];
+        at = first ? m->grit_extent_ft[j] - m->grit_lb[j] / m->kl_lb_ft : -m->grit_lb[j];
         break;
     case JOINT_GRIT_YIELDS:
         of = first ? LIMITS_OPENING : LIMITS_SPEED;
@@ -428,7 +428,7 @@ static bool find_joint_mode_end(const struct motion *m, int j, int which, const 
     case LIMITS_FORCE:
         for (int k = 0; k < order; k++)
             s[k] = way * (m->kl_lb_ft * g[k] + m->cl_lb_s_ft * (k + 1) * g[k + 1]);
-        s[0] -= way * (m->kl_lb_ft * m->reach_ft[j] + at);
+        s[0] -= way * (m->kl_lb_ft * m->grit_extent_ft[j] + at);
         s[order] = 0.0;
         *noise = tension_rounding_lb(m, j);
         break;
@@ -444,7 +444,7 @@ static void find_joint_event(const struct motion *m, int j, int order, struct ev
     switch (m->joint_mode
                 /* skip the joint early if its mode cannot end in this step, as for most joints */
                 [j]) {
-    case JOINT_CUT:
+    case JOINT_ABSENT:
     case JOINT_ELASTIC: return;
     case JOINT_OPEN:
         if (g_ft > way && m->slack_ft - g_ft > way)
@@ -460,7 +460,7 @@ static void find_joint_event(const struct motion *m, int j, int order, struct ev
         break;
     case JOINT_GRIT_HOLDS: {
         double t = m->tension_terms[0][j];
-        if (m->reach_ft[j] - g_ft > way && -t > m->tension_change_max[j] &&
+        if (m->grit_extent_ft[j] - g_ft > way && -t > m->tension_change_max[j] &&
             t + m->grit_lb[j] > m->tension_change_max[j])
             return;
         break;
@@ -478,9 +478,9 @@ static void find_joint_event(const struct motion *m, int j, int order, struct ev
     }
     default: break;
     }
-    opening_series(m, j, order, g);
+    compute_opening_series(m, j, order, g);
     for (int which = 0; find_joint_mode_end(m, j, which, g, order, s, &noise); which++)
-        keep_earlier_event(event, polynomial_first_negative_s(s, order, event->h_s, noise), 0, j,
+        replace_if_earlier(event, polynomial_first_negative_s(s, order, event->h_s, noise), 0, j,
                            which);
 }
 
@@ -491,10 +491,10 @@ static void set_joint_mode(struct motion *m, int j, enum joint_mode mode)
     m->joint_mode[j] = (unsigned char)mode;
     m->tension_a[j] = spring ? m->kl_lb_ft : 0.0;
     m->tension_b[j] = spring ? m->cl_lb_s_ft : 0.0;
-    m->tension_at_lb[j] = mode == JOINT_HOOKED     ? -m->kl_lb_ft * m->slack_ft
-                        : mode == JOINT_GRIT_HOLDS ? -m->kl_lb_ft * m->reach_ft[j]
-                        : mode == JOINT_GRIT_AT_LIMIT || mode == JOINT_GRIT_YIELDS ? -m->grit_lb[j]
-                                                                                   : 0.0;
+    m->tension_c_lb[j] = mode == JOINT_HOOKED     ? -m->kl_lb_ft * m->slack_ft
+                       : mode == JOINT_GRIT_HOLDS ? -m->kl_lb_ft * m->grit_extent_ft[j]
+                       : mode == JOINT_GRIT_AT_LIMIT || mode == JOINT_GRIT_YIELDS ? -m->grit_lb[j]
+                                                                                  : 0.0;
 }
 
 static void switch_joint(struct motion *m, int j, int which)
@@ -505,12 +505,12 @@ static void switch_joint(struct motion *m, int j, int which)
     case JOINT_OPEN: set_joint_mode(m, j, which == 0 ? JOINT_PRESSED : JOINT_HOOKED); break;
     case JOINT_PRESSED: set_joint_mode(m, j, dirty ? JOINT_GRIT_OPENING : JOINT_OPEN); break;
     case JOINT_HOOKED:
-        m->reach_ft[j] = m->slack_ft;
+        m->grit_extent_ft[j] = m->slack_ft;
         set_joint_mode(m, j, dirty ? JOINT_GRIT_HOLDS : JOINT_OPEN);
         break;
     case JOINT_GRIT_OPENING:
         if (which == 0)
-            m->reach_ft[j] = g_ft;
+            m->grit_extent_ft[j] = g_ft;
         set_joint_mode(m, j,
                        which == 1   ? JOINT_HOOKED
                        : g_ft > 0.0 ? JOINT_GRIT_HOLDS
@@ -530,7 +530,7 @@ static void switch_joint(struct motion *m, int j, int which)
         set_joint_mode(m, j, which == 0 ? JOINT_GRIT_YIELDS : JOINT_GRIT_HOLDS);
         break;
     case JOINT_GRIT_YIELDS:
-        m->reach_ft[j] = which == 0 ? 0.0 : g_ft + m->grit_lb[j] / m->kl_lb_ft;
+        m->grit_extent_ft[j] = which == 0 ? 0.0 : g_ft + m->grit_lb[j] / m->kl_lb_ft;
         set_joint_mode(m, j, which == 0 ? JOINT_PRESSED : JOINT_GRIT_HOLDS);
         break;
     default: break;
@@ -565,10 +565,10 @@ static void set_ground_mode(struct motion *m, struct mat_load *part, enum ground
 {
     double limit_lb = motion_ground_limit_lb(m, part);
     part->mode = mode;
-    part->slope_lb_ft = mode == GROUND_LOADS   ? part->k_lb_ft
-                      : mode == GROUND_UNLOADS ? part->k_lb_ft / m->recovered_share
-                                               : 0.0;
-    if (mode == GROUND_YIELDS)
+    part->slope_lb_ft = mode == GROUND_LOADING   ? part->k_lb_ft
+                      : mode == GROUND_UNLOADING ? part->k_lb_ft / m->recovered_share
+                                                 : 0.0;
+    if (mode == GROUND_YIELDING)
         part->ground_force_lb = part->force_sign * limit_lb;
     set_slide(m, part->mat, SLIDE_ON_GROUND);
     m->drag_lb_s_ft[part->mat] += 2.0 * m->scene->gear.damping *
@@ -578,15 +578,15 @@ static void set_ground_mode(struct motion *m, struct mat_load *part, enum ground
 
 static void switch_ground(struct motion *m, struct mat_load *part, int which)
 {
-    if (part->mode == GROUND_YIELDS)
-        set_ground_mode(m, part, part->load_share[1] > 0.0 ? GROUND_LOADS : GROUND_UNLOADS);
+    if (part->mode == GROUND_YIELDING)
+        set_ground_mode(m, part, part->load_share[1] > 0.0 ? GROUND_LOADING : GROUND_UNLOADING);
     else if (which == 0)
-        set_ground_mode(m, part, part->mode == GROUND_LOADS ? GROUND_UNLOADS : GROUND_LOADS);
+        set_ground_mode(m, part, part->mode == GROUND_LOADING ? GROUND_UNLOADING : GROUND_LOADING);
     else if (which == 1)
-        set_ground_mode(m, part, GROUND_YIELDS);
+        set_ground_mode(m, part, GROUND_YIELDING);
     else {
         part->force_sign = -part->force_sign;
-        set_ground_mode(m, part, GROUND_LOADS);
+        set_ground_mode(m, part, GROUND_LOADING);
     }
 }
 
@@ -631,7 +631,7 @@ static double line_setback_ft(const struct motion *m, size_t line)
     return m->has_gear && lines->count > 0 ? lines->values[line] : 0.0;
 }
 
-static double axles_of(const struct motion *m, size_t line)
+static double line_axles(const struct motion *m, size_t line)
 {
     const struct sim_list *axles = &m->scene->gear.axle_counts;
     return m->has_gear && axles->count > 0 ? axles->values[line] : 1.0;
@@ -683,7 +683,7 @@ static void make_break_times(struct motion *m)
     m->break_times_s[m->break_count++] = sim_scene_end_s(scene);
 }
 
-static struct mat_load *find_load(struct motion *m, int mat)
+static struct mat_load *get_or_add_load(struct motion *m, int mat)
 {
     int i = 0;
     while (i < m->load_count && m->loads[i].mat != mat)
@@ -695,12 +695,12 @@ static struct mat_load *find_load(struct motion *m, int mat)
 
 /* Adds the load of `axles` axles on a mat: the fraction `share` of the thrust and load of each.
  * `rate` is the rate of change of `share`. */
-static void add_part(struct motion *m, int mat, double share, double rate, double axles,
-                     const double force[2], bool thrust, bool load)
+static void add_axle_load(struct motion *m, int mat, double share, double rate, double axles,
+                          const double force[2], bool thrust, bool load)
 {
     if (mat < 1 || mat > m->mats || m->load_count == SIM_TOUCH_MAX)
         return;
-    struct mat_load *part = find_load(m, mat);
+    struct mat_load *part = get_or_add_load(m, mat);
     if (thrust) {
         part->thrust_lb[0] += axles * share * force[0];
         part->thrust_lb[1] += axles * (share * force[1] + rate * force[0]);
@@ -715,8 +715,8 @@ static void add_part(struct motion *m, int mat, double share, double rate, doubl
 
 /* Adds the loads of one axle line. The line is at x_ft in the middle of the interval, half_s after
  * its start. */
-static void add_line(struct motion *m, double x_ft, double speed_ft_s, double half_s, double axles,
-                     const double force[2])
+static void add_axles(struct motion *m, double x_ft, double speed_ft_s, double half_s, double axles,
+                      const double force[2])
 {
     const struct sim_scene *scene = m->scene;
     double length_ft = scene->length_ft, foot_ft = m->has_gear ? scene->gear.axle_length_ft : 0.0;
@@ -732,21 +732,21 @@ static void add_line(struct motion *m, double x_ft, double speed_ft_s, double ha
                  ends = x_ft + front_ft < n * length_ft;
             double from_ft = begins ? at_ft + back_ft : (n - 1) * length_ft;
             double to_ft = ends ? at_ft + front_ft : n * length_ft;
-            add_part(m, n, (to_ft - from_ft) / foot_ft, ((ends - begins) * speed_ft_s) / foot_ft,
-                     axles, force, true, true);
+            add_axle_load(m, n, (to_ft - from_ft) / foot_ft,
+                          ((ends - begins) * speed_ft_s) / foot_ft, axles, force, true, true);
         }
         return;
     }
-    add_part(m, (int)mat, 1.0, 0.0, axles, force, jump, true);
+    add_axle_load(m, (int)mat, 1.0, 0.0, axles, force, jump, true);
     if (jump)
         return;
     double w = x_ft / length_ft - 0.5, i = floor(w), rate = speed_ft_s / length_ft;
     double right = at_ft / length_ft - 0.5 - i;
     if (i < 0.0) {
-        add_part(m, 1, 1.0, 0.0, axles, force, true, false);
+        add_axle_load(m, 1, 1.0, 0.0, axles, force, true, false);
     } else {
-        add_part(m, (int)i + 1, 1.0 - right, -rate, axles, force, true, false);
-        add_part(m, (int)i + 2, right, rate, axles, force, true, false);
+        add_axle_load(m, (int)i + 1, 1.0 - right, -rate, axles, force, true, false);
+        add_axle_load(m, (int)i + 2, right, rate, axles, force, true, false);
     }
 }
 
@@ -775,7 +775,7 @@ static void restart_ground(struct motion *m, struct mat_load *part, const struct
     part->force_sign = part->ground_force_lb > 0.0            ? 1
                      : part->ground_force_lb < 0.0 || v < 0.0 ? -1
                                                               : 1;
-    set_ground_mode(m, part, v * part->force_sign < 0.0 ? GROUND_UNLOADS : GROUND_LOADS);
+    set_ground_mode(m, part, v * part->force_sign < 0.0 ? GROUND_UNLOADING : GROUND_LOADING);
 }
 
 static void remove_wheel(struct motion *m, int n)
@@ -815,7 +815,7 @@ void motion_set_wheel_action(struct motion *m)
                      : 0.0;
     }
     for (size_t i = 0; there && i < axle_line_count(m); i++)
-        add_line(m, x_ft - line_setback_ft(m, i), speed_ft_s, half_s, axles_of(m, i), force);
+        add_axles(m, x_ft - line_setback_ft(m, i), speed_ft_s, half_s, line_axles(m, i), force);
     for (int i = 0; i < count; i++) {
         int n = before[i].mat;
         mark_mat_changed(m, n);
@@ -903,7 +903,7 @@ void motion_make(struct motion *m, const struct sim_scene *scene)
     double w = 4.0 * m->kl_lb_ft * m->inverse_mass, d = 4.0 * m->cl_lb_s_ft * m->inverse_mass;
     double axles = 0.0;
     for (size_t i = 0; i < axle_line_count(m); i++)
-        axles += axles_of(m, i);
+        axles += line_axles(m, i);
     double ground = m->has_gear ? gear_stiffness_lb_ft(scene, axles) * m->inverse_mass : 0.0;
     m->max_rate = d + sqrt(w + ground / law_min(1.0, m->recovered_share)) +
                   m->ground_damping_lb_s_ft * m->inverse_mass +
@@ -924,15 +924,15 @@ void motion_make(struct motion *m, const struct sim_scene *scene)
                                &m->speed_change_max,
                                &m->tension_a,
                                &m->tension_b,
-                               &m->tension_at_lb,
+                               &m->tension_c_lb,
                                &m->gap0_ft,
                                &m->grit_lb,
-                               &m->reach_ft,
-                               &m->max_push_lb,
-                               &m->max_pull_lb,
+                               &m->grit_extent_ft,
+                               &m->max_compression_lb,
+                               &m->max_tension_lb,
                                &m->opening_change_max,
                                &m->tension_change_max,
-                               &m->u_at,
+                               &m->sampled_u_ft,
                                &m->sum,
                                &m->slope};
     for (size_t i = 0; i < sizeof places / sizeof places[0]; i++, next += length)
@@ -969,15 +969,15 @@ void motion_start(struct motion *m)
     m->changed_low = m->mats + 1;
     m->changed_high = 0;
     for (int j = 0; j < m->mats + 2; j++)
-        set_joint_mode(m, j, JOINT_CUT);
+        set_joint_mode(m, j, JOINT_ABSENT);
     for (int j = 1; j <= m->mats + 1; j++) {
         double g_ft = m->gap0_ft[j] = sim_scene_joint_value(&scene->gap0_ft, j);
         bool end = (j == 1 && scene->left_end == SIM_END_FREE) ||
                    (j == m->mats + 1 && scene->right_end == SIM_END_FREE);
         m->grit_lb[j] = m->slack_ft > 0.0 ? sim_scene_joint_value(&scene->grit_lb, j) : 0.0;
-        m->reach_ft[j] = joint_initial_reach_ft(g_ft, m->slack_ft);
+        m->grit_extent_ft[j] = joint_initial_grit_extent_ft(g_ft, m->slack_ft);
         set_joint_mode(m, j,
-                       end                   ? JOINT_CUT
+                       end                   ? JOINT_ABSENT
                        : m->slack_ft <= 0.0  ? JOINT_ELASTIC
                        : g_ft < 0.0          ? JOINT_PRESSED
                        : g_ft > m->slack_ft  ? JOINT_HOOKED

@@ -15,7 +15,7 @@
 /* Present mode of a joint, which determines its force and its next switch. README.md, "Joint
  * force"; law.h describes the grit. */
 enum joint_mode {
-    JOINT_CUT,     /* a joint that does not exist, at a free end of the runway */
+    JOINT_ABSENT,  /* a joint that does not exist, at a free end of the runway */
     JOINT_ELASTIC, /* a joint without slack */
     JOINT_OPEN,    /* without grit: neither closed nor hooked */
     JOINT_PRESSED,
@@ -31,7 +31,7 @@ enum joint_mode {
     JOINT_GRIT_YIELDS, /* the grit yields, so its reach decreases */
 };
 
-enum ground_mode { GROUND_LOADS, GROUND_UNLOADS, GROUND_YIELDS, GROUND_FRICTIONLESS };
+enum ground_mode { GROUND_LOADING, GROUND_UNLOADING, GROUND_YIELDING, GROUND_FRICTIONLESS };
 
 /* The forces of the wheel on one mat, from the last break on. */
 struct mat_load {
@@ -62,13 +62,13 @@ struct motion {
     double *moving_inverse_mass; /* 1/mass of a moving mat, otherwise 0 */
     double *limit_lb, *friction_force_lb, *drag_lb_s_ft;
     double *speed_change_max; /* largest possible change of the speed within a step */
-    /* For each joint: power series of the tension, which is a g + b g' + at (g: opening, g': its
+    /* For each joint: power series of the tension, which is a g + b g' + c (g: opening, g': its
      * rate). */
-    double *tension_terms[POLYNOMIAL_DEGREE_MAX], *tension_a, *tension_b, *tension_at_lb;
-    double *gap0_ft, *grit_lb, *reach_ft, *max_push_lb, *max_pull_lb;
+    double *tension_terms[POLYNOMIAL_DEGREE_MAX], *tension_a, *tension_b, *tension_c_lb;
+    double *gap0_ft, *grit_lb, *grit_extent_ft, *max_compression_lb, *max_tension_lb;
     double *opening_change_max,
         *tension_change_max; /* largest possible changes of opening and tension within a step */
-    double *u_at, *sum, *slope;
+    double *sampled_u_ft, *sum, *slope;
     /* Direction of sliding. 0: at rest. 2: the friction law is none or tanh. SLIDE_ON_GROUND: on
      * elastic ground. */
     signed char *slide_direction;

@@ -3,15 +3,15 @@
 
 #include "host/sim/solvers/stepper.h"
 
-#define FOR_STATE_VALUES(s, k)                                              \
-    for (int half_ = 0; half_ < 2; half_++)                                 \
-        for (int k = half_ * (s)->model->coordinate_count + stepper_low(s); \
-             k < half_ * (s)->model->coordinate_count + stepper_high(s); k++)
+#define FOR_STATE_VALUES(s, k)                                                      \
+    for (int half_ = 0; half_ < 2; half_++)                                         \
+        for (int k = half_ * (s)->model->coordinate_count + stepper_first_index(s); \
+             k < half_ * (s)->model->coordinate_count + stepper_end_index(s); k++)
 
 /* Computes one step of the classical method from y, with rates f, to z_new. k3: memory for the
  * other stages. `at`: memory for a state. */
-static void runge_kutta(struct stepper *s, double h, const double *y, const double *f,
-                        double *const k3[3], double *at)
+static void runge_kutta_step(struct stepper *s, double h, const double *y, const double *f,
+                             double *const k3[3], double *at)
 {
     static const double part[3] = {0.5, 0.5, 1.0};
     for (int i = 0; i < 3; i++) {
@@ -48,7 +48,7 @@ static bool rk4_advance(struct stepper *s, double limit_s)
     if (last)
         h = limit_s - s->t_s;
     stepper_rates(s, s->t_s, s->z, w->k[0]);
-    runge_kutta(s, h, s->z, w->k[0], w->k + 1, w->stage_state);
+    runge_kutta_step(s, h, s->z, w->k[0], w->k + 1, w->stage_state);
     s->t_new_s = last ? limit_s : s->t_s + h;
     return true;
 }
@@ -57,7 +57,7 @@ static void rk4_interpolate(struct stepper *s, double t_s, int low, int high, do
 {
     struct rk4_work *w = s->work;
     stepper_rates(s, s->t_new_s, s->z_new, w->k[4]);
-    stepper_cubic(s, s->z, w->k[0], s->z_new, w->k[4], t_s, low, high, z);
+    stepper_interpolate_cubic(s, s->z, w->k[0], s->z_new, w->k[4], t_s, low, high, z);
 }
 
 const struct stepper_kind stepper_rk4 = {
@@ -148,7 +148,7 @@ static bool rkgs_advance(struct stepper *s, double limit_s)
 static void rkgs_interpolate(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct rkgs_work *w = s->work;
-    stepper_cubic_restart(s, w->rate0, w->rate1, t_s, low, high, z);
+    stepper_interpolate_last_step(s, w->rate0, w->rate1, t_s, low, high, z);
 }
 
 const struct stepper_kind stepper_rkgs = {
@@ -216,7 +216,7 @@ static void hamming_rotate(struct hamming_work *w)
 static void hamming_runge_kutta(struct stepper *s, double h)
 {
     struct hamming_work *w = s->work;
-    runge_kutta(s, h, w->y[0], w->f[0], w->k, w->modified);
+    runge_kutta_step(s, h, w->y[0], w->f[0], w->k, w->modified);
 }
 
 /* Computes one step of Hamming's method to z_new. Returns its test value. */
@@ -234,8 +234,8 @@ static double hamming_predict_correct(struct stepper *s, double h)
     stepper_rates(s, s->t_s + h, w->modified, w->rate);
     for (int half = 0; half < 2; half++) {
         double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
-        for (int k = half * s->model->coordinate_count + stepper_low(s);
-             k < half * s->model->coordinate_count + stepper_high(s); k++) {
+        for (int k = half * s->model->coordinate_count + stepper_first_index(s);
+             k < half * s->model->coordinate_count + stepper_end_index(s); k++) {
             double c = 0.125 * (9.0 * y[0][k] - y[2][k]) +
                        0.375 * h * (w->rate[k] + 2.0 * f[0][k] - f[1][k]);
             /* P - C, which becomes `difference` if the step is accepted */
@@ -330,7 +330,7 @@ static bool hamming_advance(struct stepper *s, double limit_s)
 static void hamming_interpolate(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct hamming_work *w = s->work;
-    stepper_cubic_restart(s, w->k[0], w->k[1], t_s, low, high, z);
+    stepper_interpolate_last_step(s, w->k[0], w->k[1], t_s, low, high, z);
 }
 
 const struct stepper_kind stepper_hamming = {

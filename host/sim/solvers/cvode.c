@@ -245,7 +245,7 @@ static void interpolate(struct stepper *s, double t_s, int low, int high, double
 
 const struct stepper_kind stepper_cvode = {
     .name = "cvode",
-    .samples_shape = true,
+    .samples_shape_switches = true,
     .rtol = 1e-8,
     .description = "SUNDIALS CVODE, BDF, banded, restarted at each new mat and at stick-slip",
     .work_bytes = sizeof(struct cvode_work),

@@ -139,7 +139,8 @@ static void restart(struct stepper *s)
 TARGET_CLONES static void compute_stage_state(const struct stepper *s, int i, double h, double *to)
 {
     const struct event_work *w = s->work;
-    int low = stepper_low(s), high = stepper_high(s), size = s->model->coordinate_count;
+    int low = stepper_first_index(s), high = stepper_end_index(s),
+        size = s->model->coordinate_count;
     const double *row = stage_weights[i];
     for (int half = 0; half < 2; half++) {
         int from = half * size + low, end = half * size + high;
@@ -162,7 +163,8 @@ TARGET_CLONES static void compute_stage_state(const struct stepper *s, int i, do
 static double step_error(const struct stepper *s, double h)
 {
     const struct event_work *w = s->work;
-    int low = stepper_low(s), high = stepper_high(s), size = s->model->coordinate_count;
+    int low = stepper_first_index(s), high = stepper_end_index(s),
+        size = s->model->coordinate_count;
     double most5 = 0.0, most3 = 0.0;
     for (int half = 0; half < 2; half++) {
         double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
@@ -229,7 +231,8 @@ static bool advance(struct stepper *s, double limit_s)
 static void prepare_dense_terms(struct stepper *s)
 {
     struct event_work *w = s->work;
-    int low = stepper_low(s), high = stepper_high(s), size = s->model->coordinate_count;
+    int low = stepper_first_index(s), high = stepper_end_index(s),
+        size = s->model->coordinate_count;
     double h = w->last_h_s;
     for (int i = 13; i < STAGE_COUNT; i++) {
         compute_stage_state(s, i, h, w->stage_state);
@@ -271,7 +274,7 @@ TARGET_CLONES static void interpolate(struct stepper *s, double t_s, int low, in
 
 const struct stepper_kind stepper_event = {
     .name = "event",
-    .can_leave_out_mats = true,
+    .can_omit_mats = true,
     .has_long_steps = true,
     .reversal_speed_veps = 2.0,
     .rtol = 1e-8,
@@ -336,7 +339,7 @@ TARGET_CLONES static void order5_compute_stage_state(const struct stepper *s, in
     for (int j = 0; j < ORDER5_STAGE_COUNT - 1; j++)
         a[j] = j < i ? h * row[j] : 0.0;
     for (int half = 0; half <= s->model->coordinate_count; half += s->model->coordinate_count) {
-        int from = half + stepper_low(s), end = half + stepper_high(s);
+        int from = half + stepper_first_index(s), end = half + stepper_end_index(s);
         const double *z = s->z, *r0 = w->rate[0], *r1 = w->rate[1], *r2 = w->rate[2],
                      *r3 = w->rate[3], *r4 = w->rate[4], *r5 = w->rate[5];
         switch (i) {
@@ -378,7 +381,7 @@ static double order5_step_error(const struct stepper *s, double h)
     for (int half = 0; half < 2; half++) {
         double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
         int start = half * s->model->coordinate_count;
-        for (int k = start + stepper_low(s); k < start + stepper_high(s); k++) {
+        for (int k = start + stepper_first_index(s); k < start + stepper_end_index(s); k++) {
             double e =
                 order5_fourth_errors[0] * w->rate[0][k] + order5_fourth_errors[2] * w->rate[2][k] +
                 order5_fourth_errors[3] * w->rate[3][k] + order5_fourth_errors[4] * w->rate[4][k] +
@@ -458,7 +461,7 @@ TARGET_CLONES static void order5_interpolate(struct stepper *s, double t_s, int 
 
 const struct stepper_kind stepper_event5 = {
     .name = "event",
-    .can_leave_out_mats = true,
+    .can_omit_mats = true,
     .has_long_steps = true,
     .reversal_speed_veps = 6.0,
     .rtol = 1e-5,

@@ -88,7 +88,7 @@ static void add_weighted_stages(const struct stepper *s, const double *weights, 
     const struct implicit_work *w = s->work;
     for (int half = 0; half < 2; half++) {
         int start = half * s->model->coordinate_count;
-        for (int i = start + stepper_low(s); i < start + stepper_high(s); i++) {
+        for (int i = start + stepper_first_index(s); i < start + stepper_end_index(s); i++) {
             double sum = 0.0;
             for (int j = 0; j < count; j++)
                 sum += weights[j] * w->k[j][i];
@@ -101,8 +101,8 @@ static void add_weighted_stages(const struct stepper *s, const double *weights, 
 static void solve_stage(const struct stepper *s, double h, double drift, double *k)
 {
     struct implicit_work *w = s->work;
-    int size = s->model->coordinate_count, low = stepper_low(s), high = stepper_high(s),
-        count = high - low;
+    int size = s->model->coordinate_count, low = stepper_first_index(s),
+        high = stepper_end_index(s), count = high - low;
     size_t row = (size_t)low * MODEL_ROW_LENGTH;
     double *r = w->stage_sum; /* right-hand side of the stage: r_p and r_v */
     for (int half = 0; half < 2; half++) {
@@ -123,7 +123,8 @@ static void solve_stage(const struct stepper *s, double h, double drift, double 
 static bool factor_step_matrix(struct stepper *s)
 {
     struct implicit_work *w = s->work;
-    int size = s->model->coordinate_count, low = stepper_low(s), count = stepper_high(s) - low;
+    int size = s->model->coordinate_count, low = stepper_first_index(s),
+        count = stepper_end_index(s) - low;
     stepper_rates(s, s->t_s, s->z, w->rate);
     model_linearise(s->model, s->t_s, s->z, w->rate + size, w->mass, w->dr_dp, w->dr_dv, w->dr_dt);
     bool drifts_at_all = false;
@@ -147,7 +148,7 @@ static bool factor_step_matrix(struct stepper *s)
 static bool solve_stages(struct stepper *s, double h)
 {
     struct implicit_work *w = s->work;
-    int low = stepper_low(s), count = stepper_high(s) - low;
+    int low = stepper_first_index(s), count = stepper_end_index(s) - low;
     size_t row = (size_t)low * MODEL_ROW_LENGTH;
     banded_combine(count, 1.0 / (h * GAMMA), w->mass + row, -h * GAMMA, w->dr_dp + row, -1.0,
                    w->dr_dv + row, w->lu + (size_t)low * BANDED_ROW_LENGTH);
@@ -179,7 +180,7 @@ static double step_error(const struct stepper *s)
     for (int half = 0; half < 2; half++) {
         double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
         int start = half * s->model->coordinate_count;
-        for (int k = start + stepper_low(s); k < start + stepper_high(s); k++) {
+        for (int k = start + stepper_first_index(s); k < start + stepper_end_index(s); k++) {
             double scale = atol + s->rtol * fmax(fabs(s->z[k]), fabs(s->z_new[k]));
             if (!(fabs(s->z_new[k]) < 1e300))
                 return (double)NAN;
@@ -224,12 +225,12 @@ static void interpolate(struct stepper *s, double t_s, int low, int high, double
         stepper_rates(s, s->t_new_s, s->z_new, w->stage_state);
         w->has_end_rates = true;
     }
-    stepper_cubic(s, s->z, w->rate, s->z_new, w->stage_state, t_s, low, high, z);
+    stepper_interpolate_cubic(s, s->z, w->rate, s->z_new, w->stage_state, t_s, low, high, z);
 }
 
 const struct stepper_kind stepper_implicit = {
     .name = "implicit",
-    .can_leave_out_mats = true,
+    .can_omit_mats = true,
     .has_long_steps = true,
     .rtol = 1e-7,
     .description = "RODAS, linearly implicit of order 4(3), banded, every event located",

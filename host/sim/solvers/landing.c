@@ -51,7 +51,7 @@ static void free_march(struct march *march)
 }
 
 /* Clears a march whose arrays were moved to another march. */
-static void empty_march_after_move(struct march *march)
+static void clear_moved_march(struct march *march)
 {
     march->record = (struct sim_record){0};
     march->mods = NULL;
@@ -66,7 +66,7 @@ static void start_march(struct planar_engine *l, struct march *march,
                             .pass_number = ++result->pass_count};
     sim_record_make(&march->record, l->scene, options);
     planar_pass_run(l, march, options);
-    result->evaluations += march->done_step_count;
+    result->evaluations += march->completed_step_count;
 }
 
 static double *copy_array(const double *from, size_t count)
@@ -82,22 +82,24 @@ static void fill_result(struct planar_engine *l, struct march *fine, const struc
     result->dt_s = fine->h_s;
     result->checked_dt_s = coarse->h_s;
     result->pass_ms = fine->ms;
-    result->steps = fine->done_step_count;
-    result->other_steps = result->evaluations - fine->done_step_count;
+    result->steps = fine->completed_step_count;
+    result->other_steps = result->evaluations - fine->completed_step_count;
     result->events = fine->events;
-    result->integrated_mats_max = fine->awake_mats_max;
-    result->integrated_mats_mean = fine->awake_mat_s / ((double)fine->done_step_count * fine->h_s);
+    result->integrated_mats_max = fine->active_mats_max;
+    result->integrated_mats_mean = fine->active_mat_time_s /
+                                   ((double)fine->completed_step_count * fine->h_s);
     result->crest_deg = fine->crest_deg;
     result->crest_joint = fine->crest_joint;
     result->sag_deg = fine->sag_deg;
     result->sag_joint = fine->sag_joint;
-    result->overrun_count = fine->overrun_count;
+    result->wave_encounter_count = fine->wave_encounter_count;
     result->first_crest_node = fine->first_crest_node;
     result->first_crest_wheel_mat = fine->first_crest_wheel_mat;
-    memcpy(result->overrun_nodes, fine->overrun_nodes, sizeof result->overrun_nodes);
+    memcpy(result->wave_encounter_nodes, fine->wave_encounter_nodes,
+           sizeof result->wave_encounter_nodes);
     size_t joints = (size_t)l->model.mats + 1;
-    result->max_push_lb = copy_array(l->max_push_lb, joints);
-    result->max_pull_lb = copy_array(l->max_pull_lb, joints);
+    result->max_compression_lb = copy_array(l->max_compression_lb, joints);
+    result->max_tension_lb = copy_array(l->max_tension_lb, joints);
     result->max_rise_ft = copy_array(l->max_rise_ft, joints);
     if (fine->mods && coarse->mods)
         fine->mods->band_error_lb = ERROR_FACTOR * mods_difference_lb(fine->mods, coarse->mods);
@@ -116,8 +118,8 @@ static struct pass_difference march_difference(const struct march *a, const stru
 }
 
 /* True if two complete marches agree. */
-static bool do_marches_agree(const struct planar_engine *l, const struct march *coarse,
-                             const struct march *fine)
+static bool marches_agree(const struct planar_engine *l, const struct march *coarse,
+                          const struct march *fine)
 {
     struct pass_difference apart = march_difference(coarse, fine);
     double threshold = pass_bow_threshold_ft(l->scene),
@@ -130,7 +132,7 @@ static bool do_marches_agree(const struct planar_engine *l, const struct march *
 
 static bool is_march_complete(const struct march *march)
 {
-    return march->done_step_count > 0 && march->status == SIM_OK;
+    return march->completed_step_count > 0 && march->status == SIM_OK;
 }
 
 static void widen_error(struct sim_result *result, struct pass_difference apart)
@@ -141,9 +143,9 @@ static void widen_error(struct sim_result *result, struct pass_difference apart)
 
 /* Computes the error estimate. Each step size samples the switches at other times, so two marches
  * can agree by chance. If the previous march agrees with both, its difference is included too. */
-static void set_error_of_marches(const struct planar_engine *l, const struct march *rough,
-                                 const struct march *coarse, const struct march *fine,
-                                 struct pass_difference apart, struct sim_result *result)
+static void set_march_error(const struct planar_engine *l, const struct march *rough,
+                            const struct march *coarse, const struct march *fine,
+                            struct pass_difference apart, struct sim_result *result)
 {
     result->error_u_ft = ERROR_FACTOR * apart.u.u_ft;
     /* The landing of a node is found up to one step late; all marches have this error in common. */
@@ -151,7 +153,7 @@ static void set_error_of_marches(const struct planar_engine *l, const struct mar
     if (!is_march_complete(rough))
         return;
     struct pass_difference before = march_difference(rough, coarse);
-    if (do_marches_agree(l, rough, coarse))
+    if (marches_agree(l, rough, coarse))
         widen_error(result, before);
 }
 
@@ -170,9 +172,9 @@ static void run_extra_march(struct planar_engine *l, struct march *march,
 /* Increases the estimate to the largest difference of any two marches that agree. Three marches
  * agree by chance in one of a hundred cases, so this function runs a fourth march with a step
  * between theirs. */
-static void widen_by_fourth_march(struct planar_engine *l, const struct sim_options *options,
-                                  const struct march *rough, const struct march *coarse,
-                                  const struct march *fine, struct sim_result *result)
+static void widen_error_by_fourth_march(struct planar_engine *l, const struct sim_options *options,
+                                        const struct march *rough, const struct march *coarse,
+                                        const struct march *fine, struct sim_result *result)
 {
     struct march between = {0};
     uint64_t steps = (uint64_t)ceil((double)fine->step_count / FOURTH_STEP_RATIO);
@@ -185,11 +187,11 @@ static void widen_by_fourth_march(struct planar_engine *l, const struct sim_opti
             struct pass_difference apart = {0};
             if (is_march_complete(others[i]))
                 apart = march_difference(&between, others[i]);
-            if (is_march_complete(others[i]) && do_marches_agree(l, &between, others[i]))
+            if (is_march_complete(others[i]) && marches_agree(l, &between, others[i]))
                 widen_error(result, apart);
         }
         if (is_march_complete(rough)) {
-            if (do_marches_agree(l, rough, fine))
+            if (marches_agree(l, rough, fine))
                 widen_error(result, march_difference(rough, fine));
         }
     }
@@ -199,8 +201,8 @@ static void widen_by_fourth_march(struct planar_engine *l, const struct sim_opti
 /* If the result is sensitive, increases its error estimate by one more march with another step. A
  * result is sensitive if its estimate is not small compared with the movement, because then it
  * depends on the switches. */
-static void widen_if_sensitive(struct planar_engine *l, const struct sim_options *options,
-                               const struct march *fine, struct sim_result *result)
+static void widen_error_if_sensitive(struct planar_engine *l, const struct sim_options *options,
+                                     const struct march *fine, struct sim_result *result)
 {
     struct march beside = {0};
     if (result->error_u_ft <= SENSITIVE_ERROR_MIN * sim_record_peak(&fine->record).u_ft &&
@@ -220,9 +222,9 @@ static void widen_if_sensitive(struct planar_engine *l, const struct sim_options
 
 /* Sets the divergence of the result from the marches so far. Called if no shorter step leads to
  * agreement. */
-static void set_divergence_of_marches(const struct planar_engine *l, const struct march *rough,
-                                      const struct march *coarse, const struct march *fine,
-                                      struct sim_result *result)
+static void set_march_divergence(const struct planar_engine *l, const struct march *rough,
+                                 const struct march *coarse, const struct march *fine,
+                                 struct sim_result *result)
 {
     const struct march *others[] = {coarse, rough};
     double threshold = pass_bow_threshold_ft(l->scene);
@@ -234,7 +236,7 @@ static void set_divergence_of_marches(const struct planar_engine *l, const struc
         if (!is_march_complete(others[i]))
             continue;
         struct pass_difference apart = march_difference(fine, others[i]);
-        divergence_find(result, &fine->record, &others[i]->record, most_u_ft, most_lift_ft);
+        pass_find_divergence(result, &fine->record, &others[i]->record, most_u_ft, most_lift_ft);
         result->error_u_ft = fmax(result->error_u_ft, ERROR_FACTOR * apart.u.u_ft);
         result->error_lift_ft = fmax(result->error_lift_ft, ERROR_FACTOR * apart.lift_ft);
         result->diverging_run_count++;
@@ -259,7 +261,7 @@ static void run_march_pairs(struct planar_engine *l, const struct sim_options *o
         if (coarse.status == SIM_INTERRUPTED) {
             sim_result_set_status(result, coarse.status, coarse.mat, coarse.t_s);
             fine = coarse;
-            empty_march_after_move(&coarse);
+            clear_moved_march(&coarse);
             break;
         }
         start_march(l, &fine, options, steps, result);
@@ -275,10 +277,10 @@ static void run_march_pairs(struct planar_engine *l, const struct sim_options *o
             break;
         }
         apart = failed ? apart : march_difference(&coarse, &fine);
-        if (!failed && do_marches_agree(l, &coarse, &fine)) {
-            set_error_of_marches(l, rough, &coarse, &fine, apart, result);
-            widen_by_fourth_march(l, options, rough, &coarse, &fine, result);
-            widen_if_sensitive(l, options, &fine, result);
+        if (!failed && marches_agree(l, &coarse, &fine)) {
+            set_march_error(l, rough, &coarse, &fine, apart, result);
+            widen_error_by_fourth_march(l, options, rough, &coarse, &fine, result);
+            widen_error_if_sensitive(l, options, &fine, result);
             result->error_u_ft = fmax(result->error_u_ft,
                                       ERROR_SHARE_MIN * sim_record_peak(&fine.record).u_ft);
             result->error_lift_ft = fmax(result->error_lift_ft, ERROR_SHARE_MIN * fine.max_lift_ft);
@@ -291,14 +293,14 @@ static void run_march_pairs(struct planar_engine *l, const struct sim_options *o
             else if (options->dt_s > 0.0)
                 sim_result_set_status(result, SIM_UNSTABLE, apart.u.mat, apart.u.t_s);
             else
-                set_divergence_of_marches(l, rough, &coarse, &fine, result);
+                set_march_divergence(l, rough, &coarse, &fine, result);
             break;
         }
         free_march(rough);
         *rough = coarse;
         coarse = fine;
         steps = (uint64_t)ceil(STEP_RATIO * (double)steps);
-        empty_march_after_move(&fine);
+        clear_moved_march(&fine);
     }
     fill_result(l, &fine, &coarse, result);
     free_march(&coarse);
@@ -331,16 +333,17 @@ static double stable_step_limit_s(struct planar_engine *l, double crossing_s)
     /* an upper bound on the rate: the largest stiffness for every joint and the smallest mass for
      * every mat */
     struct model fastest = *m;
-    double lightest = sim_scene_shortest_step_value(l->scene, SIM_VARIED_W, m->weight_lb) /
+    double lightest = sim_scene_step_limiting_value(l->scene, SIM_VARIED_W, m->weight_lb) /
                       m->weight_lb;
-    fastest.kv_lb_ft = sim_scene_shortest_step_value(l->scene, SIM_VARIED_KV, m->kv_lb_ft);
-    fastest.kl_lb_ft = sim_scene_shortest_step_value(l->scene, SIM_VARIED_KL, m->kl_lb_ft);
-    fastest.kt_lb_ft_rad = sim_scene_shortest_step_value(l->scene, SIM_VARIED_KT, m->kt_lb_ft_rad);
+    fastest.kv_lb_ft = sim_scene_step_limiting_value(l->scene, SIM_VARIED_KV, m->kv_lb_ft);
+    fastest.kl_lb_ft = sim_scene_step_limiting_value(l->scene, SIM_VARIED_KL, m->kl_lb_ft);
+    fastest.kt_lb_ft_rad = sim_scene_step_limiting_value(l->scene, SIM_VARIED_KT, m->kt_lb_ft_rad);
     fastest.mass_slug *= lightest;
     fastest.inertia_slug_ft2 *= lightest;
     double rate = model_fastest_rate(&fastest, l->z, MODEL_RATE_STAGGERED);
     if (l->mods)
-        rate = sqrt(rate * rate + mods_rate2(l->mods, fastest.mass_slug, fastest.inertia_slug_ft2));
+        rate = sqrt(rate * rate +
+                    mods_rate_squared(l->mods, fastest.mass_slug, fastest.inertia_slug_ft2));
     return fmin(rate > 0.0 ? STABILITY_LIMIT / rate : HUGE_VAL, crossing_s);
 }
 
@@ -378,7 +381,7 @@ static enum mr_status run_engine(struct planar_engine *l, const struct sim_optio
         result->first_crest_wheel_mat = only.first_crest_wheel_mat;
         if (only.status != SIM_OK)
             sim_result_set_status(result, only.status, only.mat, only.t_s);
-        result->t_end_s = fmin(result->t_end_s, (double)only.done_step_count * only.h_s);
+        result->t_end_s = fmin(result->t_end_s, (double)only.completed_step_count * only.h_s);
         fill_result(l, &only, &only, result);
         free_march(&only);
         return error->status;

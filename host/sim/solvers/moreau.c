@@ -39,7 +39,7 @@
 #define CONVERGED_SHARE_CHANGE  1e-9
 #define SHARE_DIFFERENCE        1e-4
 
-struct shared_switch {
+struct partial_switch {
     struct model_switch id;
     int on_mode, off_mode; /* the two modes of the switch */
     double share, change, sigma;
@@ -60,8 +60,8 @@ struct moreau_work {
     signed char *modes_before,
         *flip_counts; /* modes before an update; number of changes in this step */
     int apex_flip_count;
-    struct shared_switch shared_switch[SHARED_SWITCHES_MAX];
-    int shared_count;
+    struct partial_switch partial_switch[SHARED_SWITCHES_MAX];
+    int partial_switch_count;
 };
 
 /* Number of modes in the model's mode arrays, contact to lift, which are contiguous in memory. */
@@ -91,7 +91,7 @@ static void make(struct stepper *s, double *more)
 
 static void restart(struct stepper *s)
 {
-    ((struct moreau_work *)s->work)->shared_count = 0;
+    ((struct moreau_work *)s->work)->partial_switch_count = 0;
 }
 
 static signed char *switch_mode(const struct model *m, struct model_switch which)
@@ -129,21 +129,22 @@ static void set_positions(const struct stepper *s, double h, const double *v1, d
     }
 }
 
-static struct shared_switch *find_shared_switch(struct moreau_work *w, enum model_switch_kind kind,
-                                                int index)
+static struct partial_switch *find_partial_switch(struct moreau_work *w,
+                                                  enum model_switch_kind kind, int index)
 {
-    for (int k = 0; k < w->shared_count; k++) {
-        if (w->shared_switch[k].id.kind == kind && w->shared_switch[k].id.index == index)
-            return &w->shared_switch[k];
+    for (int k = 0; k < w->partial_switch_count; k++) {
+        if (w->partial_switch[k].id.kind == kind && w->partial_switch[k].id.index == index)
+            return &w->partial_switch[k];
     }
     return NULL;
 }
 
-static void add_shared(struct stepper *s, enum model_switch_kind kind, int index, int on, int off)
+static void add_partial_switch(struct stepper *s, enum model_switch_kind kind, int index, int on,
+                               int off)
 {
     struct moreau_work *w = s->work;
-    if (w->shared_count < SHARED_SWITCHES_MAX && on != off)
-        w->shared_switch[w->shared_count++] = (struct shared_switch){
+    if (w->partial_switch_count < SHARED_SWITCHES_MAX && on != off)
+        w->partial_switch[w->partial_switch_count++] = (struct partial_switch){
             .id = {kind, index}, .on_mode = on, .off_mode = off, .share = 0.5};
 }
 
@@ -167,33 +168,33 @@ static int update_modes(struct stepper *s, double t_s)
         for (int j = 0; j <= m->mats; j++) {
             if (mode[j] == was[j])
                 continue;
-            if (find_shared_switch(w, kinds[k].kind, j)) {
+            if (find_partial_switch(w, kinds[k].kind, j)) {
                 mode[j] = was[j];
                 continue;
             }
             changed++;
             if (++flips[j] > FLIPS_BEFORE_SHARE && mode[j] * was[j] == 0) {
-                add_shared(s, kinds[k].kind, j, mode[j] ? mode[j] : was[j], 0);
+                add_partial_switch(s, kinds[k].kind, j, mode[j] ? mode[j] : was[j], 0);
                 mode[j] = 0;
             }
         }
     }
     /* turn off switches that have a share, which the sampling may have turned on */
-    for (int k = 0; k < w->shared_count; k++) {
-        if (w->shared_switch[k].id.kind != MODEL_APEX)
-            *switch_mode(m, w->shared_switch[k].id) = (signed char)w->shared_switch[k].off_mode;
+    for (int k = 0; k < w->partial_switch_count; k++) {
+        if (w->partial_switch[k].id.kind != MODEL_APEX)
+            *switch_mode(m, w->partial_switch[k].id) = (signed char)w->partial_switch[k].off_mode;
     }
     if (m->lift_shear != SIM_SHEAR_NONE && m->apex_node != apex && m->lifted_nodes > 0) {
         bool has = false;
-        for (int k = 0; k < w->shared_count; k++)
-            has = has || w->shared_switch[k].id.kind == MODEL_APEX;
+        for (int k = 0; k < w->partial_switch_count; k++)
+            has = has || w->partial_switch[k].id.kind == MODEL_APEX;
         if (!has && ++w->apex_flip_count > FLIPS_BEFORE_SHARE)
-            add_shared(s, MODEL_APEX, m->apex_node, m->apex_node, apex);
+            add_partial_switch(s, MODEL_APEX, m->apex_node, m->apex_node, apex);
         changed += !has;
         if (has || w->apex_flip_count > FLIPS_BEFORE_SHARE)
             m->apex_node = apex;
     }
-    if (w->shared_count > 0 && m->lift_shear != SIM_SHEAR_NONE)
+    if (w->partial_switch_count > 0 && m->lift_shear != SIM_SHEAR_NONE)
         set_switch_mode(s, (struct model_switch){MODEL_APEX, m->apex_node}, m->apex_node, t_s);
     return changed;
 }
@@ -204,16 +205,16 @@ static void compute_mat_forces(struct stepper *s, double t_s, int mat, double *p
 {
     struct model *m = s->model;
     struct moreau_work *w = s->work;
-    *push_lb = model_push_lb(m, t_s, w->middle_state, mat);
+    *push_lb = model_driving_force_lb(m, t_s, w->middle_state, mat);
     *limit_lb = model_friction_limit_lb(m, w->middle_state, mat);
     double push = *push_lb, limit = *limit_lb;
-    for (int k = 0; k < w->shared_count; k++) {
-        struct shared_switch *one = &w->shared_switch[k];
+    for (int k = 0; k < w->partial_switch_count; k++) {
+        struct partial_switch *one = &w->partial_switch[k];
         bool beside = one->id.index == mat || one->id.index == mat + 1;
         if (!beside || (one->id.kind != MODEL_CONTACT && one->id.kind != MODEL_SLACK))
             continue;
         *switch_mode(m, one->id) = (signed char)one->on_mode;
-        *push_lb += one->share * (model_push_lb(m, t_s, w->middle_state, mat) - push);
+        *push_lb += one->share * (model_driving_force_lb(m, t_s, w->middle_state, mat) - push);
         *limit_lb += one->share * (model_friction_limit_lb(m, w->middle_state, mat) - limit);
         *switch_mode(m, one->id) = (signed char)one->off_mode;
     }
@@ -268,12 +269,12 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
     double *slope = w->shifted_state + size; /* dR/dt is not needed here */
     model_linearise(m, t_s, w->middle_state, w->dr_dt, w->mass, w->dr_dp, w->dr_dv, slope);
     memcpy(left, w->accel, (size_t)size * sizeof *left);
-    if (w->shared_count > 0) {
+    if (w->partial_switch_count > 0) {
         memcpy(w->dr_dp_off, w->dr_dp, (size_t)size * MODEL_ROW_LENGTH * sizeof *w->dr_dp_off);
         memcpy(w->dr_dv_off, w->dr_dv, (size_t)size * MODEL_ROW_LENGTH * sizeof *w->dr_dv_off);
     }
-    for (int k = 0; k < w->shared_count; k++) {
-        struct shared_switch *one = &w->shared_switch[k];
+    for (int k = 0; k < w->partial_switch_count; k++) {
+        struct partial_switch *one = &w->partial_switch[k];
         one->accel = w->share_accel[k];
         set_switch_mode(s, one->id, one->on_mode, t_s);
         model_rates(m, t_s, w->middle_state, one->accel);
@@ -302,8 +303,8 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
     if (!banded_factor(size, w->lu, w->pivot))
         return false;
     banded_solve(size, w->lu, w->pivot, w->newton_step);
-    for (int k = 0; k < w->shared_count; k++) {
-        double *push = w->shared_switch[k].accel;
+    for (int k = 0; k < w->partial_switch_count; k++) {
+        double *push = w->partial_switch[k].accel;
         for (int n = 0; n < m->mats && m->friction_law == SIM_FRICTION_STICK; n++)
             push[2 * n + 1] = m->slide_direction[n] == 0 ? 0.0 : push[2 * n + 1];
         banded_multiply(size, w->mass, push, push + size);
@@ -320,28 +321,29 @@ static double solve_shares(struct stepper *s, double h, double t_s, double *v1)
     struct moreau_work *w = s->work;
     double most = 0.0;
     set_positions(s, h, v1, 0.0, NULL, w->shifted_state);
-    for (int j = 0; j < w->shared_count; j++) {
-        w->shared_switch[j].sigma = -model_margin(m, t_s, w->shifted_state, w->shared_switch[j].id);
-        w->shared_switch[j].change = 0.0;
+    for (int j = 0; j < w->partial_switch_count; j++) {
+        w->partial_switch[j].sigma = -model_margin(m, t_s, w->shifted_state,
+                                                   w->partial_switch[j].id);
+        w->partial_switch[j].change = 0.0;
     }
-    for (int k = 0; k < w->shared_count; k++) {
+    for (int k = 0; k < w->partial_switch_count; k++) {
         /* sigma has a kink, so use its slope on the side of 0 */
-        double part = copysign(SHARE_DIFFERENCE, w->shared_switch[k].sigma);
-        set_positions(s, h, v1, part, w->shared_switch[k].accel + m->coordinate_count,
+        double part = copysign(SHARE_DIFFERENCE, w->partial_switch[k].sigma);
+        set_positions(s, h, v1, part, w->partial_switch[k].accel + m->coordinate_count,
                       w->shifted_state);
-        for (int j = 0; j < w->shared_count; j++)
-            w->shared_switch[j].sigma_slopes[k] =
-                (-model_margin(m, t_s, w->shifted_state, w->shared_switch[j].id) -
-                 w->shared_switch[j].sigma) /
+        for (int j = 0; j < w->partial_switch_count; j++)
+            w->partial_switch[j].sigma_slopes[k] =
+                (-model_margin(m, t_s, w->shifted_state, w->partial_switch[j].id) -
+                 w->partial_switch[j].sigma) /
                 part;
     }
     for (int sweep = 0; sweep < GAUSS_SEIDEL_SWEEPS_MAX; sweep++) {
         double moved = 0.0;
-        for (int j = 0; j < w->shared_count; j++) {
-            struct shared_switch *one = &w->shared_switch[j];
+        for (int j = 0; j < w->partial_switch_count; j++) {
+            struct partial_switch *one = &w->partial_switch[j];
             double sigma = one->sigma;
-            for (int k = 0; k < w->shared_count; k++)
-                sigma += one->sigma_slopes[k] * w->shared_switch[k].change;
+            for (int k = 0; k < w->partial_switch_count; k++)
+                sigma += one->sigma_slopes[k] * w->partial_switch[k].change;
             /* a share of 0 or 1 means that the switch is off or on */
             double share = one->share + one->change;
             double to = one->sigma_slopes[j] < 0.0  ? share - sigma / one->sigma_slopes[j]
@@ -355,8 +357,8 @@ static double solve_shares(struct stepper *s, double h, double t_s, double *v1)
         if (moved < 0.1 * CONVERGED_SHARE_CHANGE)
             break;
     }
-    for (int k = 0; k < w->shared_count; k++) {
-        struct shared_switch *one = &w->shared_switch[k];
+    for (int k = 0; k < w->partial_switch_count; k++) {
+        struct partial_switch *one = &w->partial_switch[k];
         for (int i = 0; i < m->coordinate_count; i++)
             v1[i] += one->change * one->accel[m->coordinate_count + i];
         one->share += one->change;
@@ -390,7 +392,7 @@ static bool solve_step(struct stepper *s, double h)
         }
         if (!isfinite(most))
             return false;
-        double changed = w->shared_count > 0 ? solve_shares(s, h, t_s, v1) : 0.0;
+        double changed = w->partial_switch_count > 0 ? solve_shares(s, h, t_s, v1) : 0.0;
         set_positions(s, h, v1, 0.0, NULL, w->middle_state);
         int flipped = update_modes(s, t_s);
         flipped += update_mat_modes(s, h, t_s);
@@ -401,18 +403,18 @@ static bool solve_step(struct stepper *s, double h)
 }
 
 /* Replaces shares of 0 and 1 by the modes off and on. */
-static void drop_full_shares(struct stepper *s, double t_s)
+static void replace_full_shares(struct stepper *s, double t_s)
 {
     struct moreau_work *w = s->work;
     int kept = 0;
-    for (int k = 0; k < w->shared_count; k++) {
-        struct shared_switch one = w->shared_switch[k];
+    for (int k = 0; k < w->partial_switch_count; k++) {
+        struct partial_switch one = w->partial_switch[k];
         if (one.share > 0.0 && one.share < 1.0)
-            w->shared_switch[kept++] = one;
+            w->partial_switch[kept++] = one;
         else
             set_switch_mode(s, one.id, one.share > 0.0 ? one.on_mode : one.off_mode, t_s);
     }
-    w->shared_count = kept;
+    w->partial_switch_count = kept;
 }
 
 static bool advance(struct stepper *s, double limit_s)
@@ -432,7 +434,7 @@ static bool advance(struct stepper *s, double limit_s)
         s->z_new[i] = s->z[i] +
                       0.5 * h * (s->z[m->coordinate_count + i] + s->z_new[m->coordinate_count + i]);
     s->t_new_s = last ? limit_s : s->t_s + h;
-    drop_full_shares(s, s->t_new_s);
+    replace_full_shares(s, s->t_new_s);
     return true;
 }
 

@@ -39,7 +39,8 @@ struct pass {
     struct pass_outcome *outcome;
     double *storage;
     double *z_event;
-    double *z_until; /* state at the end of the part of the last step that is searched for events */
+    double
+        *z_searched; /* state at the end of the part of the last step that is searched for events */
     double until_s;
     double *u, *v, *height; /* displacement, speed and height of each mat, for the record */
     /* modes of contact, torsion and joint after the last step, if the stepper samples them */
@@ -47,10 +48,10 @@ struct pass {
     unsigned *flip_counts; /* number of mode changes of each contact, torsion and joint */
     int stall_count;
     /* number of further steps that repeat_step_until repeats */
-    int repeated_steps_left;
+    int remaining_repeated_steps;
     struct model_switch last_flip; /* switch that caused the last event */
     double last_flip_s;
-    double awake_mat_s;
+    double active_mat_time_s;
     double max_angle_deg; /* largest joint angle after the last step */
 };
 
@@ -114,14 +115,14 @@ static void store_state_until(struct pass *p, double t_s)
     while (p->outcome->record.next_record_s <= t_s) {
         double at = p->outcome->record.next_record_s;
         stepper_copy(s, s->z, p->z_event);
-        s->kind->interpolate(s, at, stepper_low(s), stepper_high(s), p->z_event);
+        s->kind->interpolate(s, at, stepper_first_index(s), stepper_end_index(s), p->z_event);
         store_state(p, at, p->z_event);
     }
 }
 
 static double switch_margin(struct pass *p, double t_s, const double *z, struct model_switch which)
 {
-    if (p->stepper.kind->samples_shape)
+    if (p->stepper.kind->samples_shape_switches)
         model_sample_shape_modes(p->model, z);
     return model_margin(p->model, t_s, z, which);
 }
@@ -132,11 +133,12 @@ static double find_switch_time(struct pass *p, struct model_switch which)
 {
     struct stepper *s = &p->stepper;
     double *z = p->z_event;
-    int low = stepper_low(s), high = stepper_high(s);
-    if (!s->kind->samples_shape)
+    int low = stepper_first_index(s), high = stepper_end_index(s);
+    if (!s->kind->samples_shape_switches)
         model_switch_range(p->model, which, &low, &high);
     double a = s->t_s, b = p->until_s, close = 1e-12 * (b - a);
-    double at_a = switch_margin(p, a, s->z, which), at_b = switch_margin(p, b, p->z_until, which);
+    double at_a = switch_margin(p, a, s->z, which),
+           at_b = switch_margin(p, b, p->z_searched, which);
     if (at_a < 0.0)
         return a;
     int side = 0;
@@ -165,7 +167,7 @@ static double find_switch_time(struct pass *p, struct model_switch which)
 }
 
 /* Keeps only the switches of mats that stop or start in the list. Returns their number. */
-static int keep_slide_switches(struct model_switch *found, int count)
+static int select_slide_switches(struct model_switch *found, int count)
 {
     int kept = 0;
     for (int i = 0; i < count && i < FOUND_SWITCHES_MAX; i++) {
@@ -179,21 +181,21 @@ static int keep_slide_switches(struct model_switch *found, int count)
  * `to`, up to the first point that has one; the step is then searched up to this point. This finds
  * a mat that breaks loose and stops again within a step, or a foot that touches the ground and
  * leaves it again, which both passes could miss otherwise. */
-static int find_violations_inside(struct pass *p, double to, struct model_switch *found)
+static int find_violations_within_step(struct pass *p, double to, struct model_switch *found)
 {
     struct stepper *s = &p->stepper;
     struct model *m = p->model;
-    if (s->kind->samples_shape || !s->kind->has_long_steps)
+    if (s->kind->samples_shape_switches || !s->kind->has_long_steps)
         return 0;
     for (int i = 1; i < INNER_PARTS; i++) {
         double t = s->t_s + (to - s->t_s) * i / INNER_PARTS;
         stepper_copy(s, s->z, p->z_event);
-        s->kind->interpolate(s, t, stepper_low(s), stepper_high(s), p->z_event);
+        s->kind->interpolate(s, t, stepper_first_index(s), stepper_end_index(s), p->z_event);
         int count = model_find_violations(m, t, p->z_event, found, FOUND_SWITCHES_MAX);
-        if (p->repeated_steps_left > 0)
-            count = keep_slide_switches(found, count);
+        if (p->remaining_repeated_steps > 0)
+            count = select_slide_switches(found, count);
         if (count > 0) {
-            stepper_copy(s, p->z_event, p->z_until);
+            stepper_copy(s, p->z_event, p->z_searched);
             p->until_s = t;
             return count;
         }
@@ -208,11 +210,11 @@ static int find_violations(struct pass *p, struct model_switch *found)
     struct model *m = p->model;
     bool may = !s->rate ||
                model_can_switch(m, s->t_s, s->z, s->rate, s->t_new_s, s->z_new, s->rate_new);
-    int count = may ? find_violations_inside(p, s->t_new_s, found) : 0;
+    int count = may ? find_violations_within_step(p, s->t_new_s, found) : 0;
     if (count > 0)
         return count;
     p->until_s = s->t_new_s;
-    stepper_copy(s, s->z_new, p->z_until);
+    stepper_copy(s, s->z_new, p->z_searched);
     return model_find_violations(m, s->t_new_s, s->z_new, found, FOUND_SWITCHES_MAX);
 }
 
@@ -287,13 +289,13 @@ static bool handle_events(struct pass *p, bool *event)
         chosen = {MODEL_CONTACT, 0};
     double when[FOUND_SWITCHES_MAX];
     int flips = 0;
-    if (s->kind->samples_shape)
+    if (s->kind->samples_shape_switches)
         model_sample_shape_modes(m, s->z_new);
     int count = find_violations(p, found);
     double at = p->until_s;
     *event = count > 0;
-    if (p->repeated_steps_left > 0)
-        p->repeated_steps_left--;
+    if (p->remaining_repeated_steps > 0)
+        p->remaining_repeated_steps--;
     if (count == 0)
         return true;
     bool nearer = true; /* a new entry may be an event before or after until_s */
@@ -316,7 +318,7 @@ static bool handle_events(struct pass *p, bool *event)
         }
         /* copied to detect a switch that changed and then changed back */
         struct model_switch before[FOUND_SWITCHES_MAX];
-        int earlier = at > s->t_s ? find_violations_inside(p, at, before) : 0;
+        int earlier = at > s->t_s ? find_violations_within_step(p, at, before) : 0;
         nearer = earlier > 0;
         if (nearer && round + 1 < EVENT_ROUNDS_MAX) {
             memcpy(found, before, sizeof found);
@@ -326,8 +328,8 @@ static bool handle_events(struct pass *p, bool *event)
         }
         stepper_copy(s, s->z, p->z_event);
         if (at > s->t_s)
-            s->kind->interpolate(s, at, stepper_low(s), stepper_high(s), p->z_event);
-        if (s->kind->samples_shape)
+            s->kind->interpolate(s, at, stepper_first_index(s), stepper_end_index(s), p->z_event);
+        if (s->kind->samples_shape_switches)
             model_sample_shape_modes(m, p->z_event);
         count = model_find_violations(m, at, p->z_event, found, FOUND_SWITCHES_MAX);
         int others = 0;
@@ -344,8 +346,8 @@ static bool handle_events(struct pass *p, bool *event)
             break;
     }
     if (is_flipping_back(p, at, together, flips))
-        p->repeated_steps_left = REPEATED_STEPS;
-    bool again = p->repeated_steps_left > 0 && s->kind->has_long_steps &&
+        p->remaining_repeated_steps = REPEATED_STEPS;
+    bool again = p->remaining_repeated_steps > 0 && s->kind->has_long_steps &&
                  at - s->t_s > s->min_step_s;
     if (again) {
         double speed;
@@ -369,8 +371,8 @@ static bool handle_events(struct pass *p, bool *event)
         store_state_until(p, at);
     stepper_copy(s, again ? s->z_new : s->z, p->z_event);
     if (at > s->t_s && !again)
-        s->kind->interpolate(s, at, stepper_low(s), stepper_high(s), p->z_event);
-    record_lift_peak(p, at, p->z_event, p->z_until);
+        s->kind->interpolate(s, at, stepper_first_index(s), stepper_end_index(s), p->z_event);
+    record_lift_peak(p, at, p->z_event, p->z_searched);
     stepper_copy(s, p->z_event, s->z_new);
     s->t_new_s = at;
     for (int i = 0; i < flips; i++) {
@@ -398,8 +400,8 @@ static bool stop_reversed_mats(struct pass *p)
     bool any = false;
     if (p->model->friction_law != SIM_FRICTION_STICK)
         return false;
-    for (int i = p->model->coordinate_count + stepper_low(s) + 1;
-         i < p->model->coordinate_count + stepper_high(s); i += 2) {
+    for (int i = p->model->coordinate_count + stepper_first_index(s) + 1;
+         i < p->model->coordinate_count + stepper_end_index(s); i += 2) {
         if (s->z[i] * s->z_new[i] < 0.0) {
             s->z_new[i] = 0.0;
             p->outcome->events++;
@@ -445,9 +447,9 @@ static bool advance_pass(struct pass *p, double limit_s)
     p->outcome->steps++;
     p->outcome->longest_step_s = fmax(p->outcome->longest_step_s, s->t_new_s - s->t_s);
     int live = m->last_mat - m->first_mat + 1;
-    p->awake_mat_s += live * (s->t_new_s - s->t_s);
-    p->outcome->awake_mats_max = live > p->outcome->awake_mats_max ? live
-                                                                   : p->outcome->awake_mats_max;
+    p->active_mat_time_s += live * (s->t_new_s - s->t_s);
+    p->outcome->active_mats_max = live > p->outcome->active_mats_max ? live
+                                                                     : p->outcome->active_mats_max;
     double *old = s->z;
     s->z = s->z_new;
     s->z_new = old;
@@ -464,7 +466,7 @@ static bool advance_pass(struct pass *p, double limit_s)
     }
     if (event)
         s->kind->restart(s);
-    double angle = model_worst_angle_deg(m, s->z, &mat);
+    double angle = model_largest_angle_deg(m, s->z, &mat);
     if (!isfinite(angle) || !isfinite(s->z[m->coordinate_count + 2 * mat - 1]) ||
         !isfinite(s->z[2 * mat - 1]))
         return fail_pass(p, SIM_UNSTABLE, find_fastest_mat(m, s->z, &speed), s->t_s);
@@ -534,8 +536,8 @@ void pass_run(struct pass_outcome *out, struct model *m, const struct pass_reque
     p.storage = xcalloc(4 * length + 4 * ((size_t)m->mats + 1), sizeof *p.storage);
     out->end_z = xcalloc(length, sizeof *out->end_z);
     p.z_event = p.storage + 2 * length;
-    p.z_until = p.z_event + length;
-    p.u = p.z_until + length;
+    p.z_searched = p.z_event + length;
+    p.u = p.z_searched + length;
     p.v = p.u + m->mats + 1;
     p.height = p.v + m->mats + 1;
     p.sampled_modes = (signed char *)(p.height + m->mats + 1);
@@ -561,7 +563,7 @@ void pass_run(struct pass_outcome *out, struct model *m, const struct pass_reque
     stepper_make(&p.stepper);
     int node;
     m->evaluations = 0;
-    m->can_leave_out_mats = request->kind->can_leave_out_mats && !options->integrates_all_mats;
+    m->can_omit_mats = request->kind->can_omit_mats && !options->integrates_all_mats;
     model_start(m, p.stepper.z);
     out->max_lift_ft = model_lift_ft(m, p.stepper.z, &node);
     if (out->record.next_record_s <= 0.0)
@@ -571,7 +573,7 @@ void pass_run(struct pass_outcome *out, struct model *m, const struct pass_reque
     memcpy(out->end_z, p.stepper.z, length * sizeof *out->end_z);
     out->evaluations = m->evaluations;
     out->rejected_steps = p.stepper.rejected_steps;
-    out->awake_mats_mean = p.stepper.t_s > 0.0 ? p.awake_mat_s / p.stepper.t_s : m->mats;
+    out->active_mats_mean = p.stepper.t_s > 0.0 ? p.active_mat_time_s / p.stepper.t_s : m->mats;
     stepper_free(&p.stepper);
     out->ms = 1e3 * (monotonic_s() - begin_s);
     free(p.flip_counts);
@@ -634,7 +636,7 @@ void pass_fill_outputs(const struct model *m, const double *z, struct sim_record
     result->u_ft = xcalloc(mats + 1, sizeof *result->u_ft);
     result->gap_ft = xcalloc(mats + 2, sizeof *result->gap_ft);
     fill_final_shape(m, z, result);
-    sim_record_to_result(record, result);
+    sim_record_move_to_result(record, result);
 }
 
 void pass_fill_result(const struct model *m, struct pass_outcome *pass,
@@ -645,8 +647,8 @@ void pass_fill_result(const struct model *m, struct pass_outcome *pass,
     result->events = pass->events;
     result->dt_s = pass->longest_step_s;
     result->checked_dt_s = other->longest_step_s;
-    result->integrated_mats_max = pass->awake_mats_max;
-    result->integrated_mats_mean = pass->awake_mats_mean;
+    result->integrated_mats_max = pass->active_mats_max;
+    result->integrated_mats_mean = pass->active_mats_mean;
     pass_fill_outputs(m, pass->end_z, &pass->record, pass->max_lift_ft, pass->speed_end_ft_s,
                       result);
 }
@@ -673,8 +675,8 @@ bool passes_agree(const struct sim_scene *scene, const struct pass_outcome *a,
 
 /* ---- runs that diverge ---- */
 
-void divergence_find(struct sim_result *result, const struct sim_record *given,
-                     const struct sim_record *other, double most_u_ft, double most_lift_ft)
+void pass_find_divergence(struct sim_result *result, const struct sim_record *given,
+                          const struct sim_record *other, double limit_u_ft, double limit_lift_ft)
 {
     bool parted = false;
     result->error_u_ft = fmax(result->error_u_ft, sim_record_difference(given, other).u_ft);
@@ -689,7 +691,7 @@ void divergence_find(struct sim_result *result, const struct sim_record *given,
                 mat = n;
             }
         }
-        parted = apart_ft > most_u_ft || fabs(a->lift_ft - b->lift_ft) > most_lift_ft;
+        parted = apart_ft > limit_u_ft || fabs(a->lift_ft - b->lift_ft) > limit_lift_ft;
         if (parted && (result->status != SIM_UNPREDICTABLE || a->t_s < result->t_s))
             sim_result_set_status(result, SIM_UNPREDICTABLE, mat, a->t_s);
     }

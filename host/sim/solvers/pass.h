@@ -39,8 +39,8 @@ struct pass_outcome {
     double speed_end_ft_s;
     double longest_step_s; /* longest step */
     double clock_error_ft; /* error of positions due to the resolution of the clock */
-    int awake_mats_max;
-    double awake_mats_mean;
+    int active_mats_max;
+    double active_mats_mean;
     struct sim_record record;
     double *end_z; /* state at the end: an array of 2 x size values */
 };
@@ -78,12 +78,12 @@ struct pass_difference pass_compare(const struct pass_outcome *a, const struct p
 /* False if two passes contradict each other: they differ by more than a fifth of the largest
  * movement or lift, or only one of them has a bow wave. */
 bool passes_agree(const struct sim_scene *scene, const struct pass_outcome *a,
-                  const struct pass_outcome *b, struct pass_difference apart);
+                  const struct pass_outcome *b, struct pass_difference difference);
 
 /* Finds the first time at which two records differ by more than the given limits. Increases the
  * error estimates of the result. If the time is earlier than that of the result, sets time and mat
  * of the result. */
-void divergence_find(struct sim_result *result, const struct sim_record *given,
-                     const struct sim_record *other, double most_u_ft, double most_lift_ft);
+void pass_find_divergence(struct sim_result *result, const struct sim_record *given,
+                          const struct sim_record *other, double limit_u_ft, double limit_lift_ft);
 
 #endif

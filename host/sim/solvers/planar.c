@@ -40,20 +40,20 @@ static double read_clock_s(const struct sim_options *options)
 static bool is_before_deadline(void *ctx, int pass, double part)
 {
     struct deadline *w = ctx;
-    if (read_clock_s(w->requested_options) >= w->until_s) {
+    if (read_clock_s(w->caller_options) >= w->until_s) {
         w->is_exceeded = true;
         return false;
     }
-    return !w->requested_options->may_continue ||
-           w->requested_options->may_continue(w->requested_options->may_continue_ctx, pass, part);
+    return !w->caller_options->may_continue ||
+           w->caller_options->may_continue(w->caller_options->may_continue_ctx, pass, part);
 }
 
-void deadline_begin(struct deadline *w, const struct sim_options *asked, double limit_s)
+void deadline_begin(struct deadline *w, const struct sim_options *caller_options, double limit_s)
 {
-    *w = (struct deadline){.requested_options = asked, .options = *asked};
+    *w = (struct deadline){.caller_options = caller_options, .options = *caller_options};
     if (limit_s <= 0.0)
         return;
-    w->until_s = read_clock_s(asked) + limit_s;
+    w->until_s = read_clock_s(caller_options) + limit_s;
     w->options.may_continue = is_before_deadline;
     w->options.may_continue_ctx = w;
 }
@@ -94,10 +94,10 @@ void deadline_begin(struct deadline *w, const struct sim_options *asked, double 
  * runs that diverge is larger than that of the few runs that show it by about this factor, too. */
 #define ERROR_FACTOR 2.0
 
-static void widen_error(struct sim_result *result, struct pass_difference apart, double factor)
+static void widen_error(struct sim_result *result, struct pass_difference difference, double factor)
 {
-    result->error_u_ft = fmax(result->error_u_ft, factor * apart.u.u_ft);
-    result->error_lift_ft = fmax(result->error_lift_ft, factor * apart.lift_ft);
+    result->error_u_ft = fmax(result->error_u_ft, factor * difference.u.u_ft);
+    result->error_lift_ft = fmax(result->error_lift_ft, factor * difference.lift_ft);
 }
 
 /* The runs of one scene with one solver. `coarse` and `fine` are complete. `third` is optional. */
@@ -132,10 +132,9 @@ static void run_nudged_pass(const struct model *m, const struct pass_request *re
 
 /* Sets the divergence after two complete passes contradict each other. `given` is the pass that is
  * reported. */
-static void set_divergence_of_runs(const struct model *m, const struct pass_request *request,
-                                   const struct sim_options *options,
-                                   const struct pass_outcome *given,
-                                   const struct pass_outcome *other, struct sim_result *result)
+static void set_run_divergence(const struct model *m, const struct pass_request *request,
+                               const struct sim_options *options, const struct pass_outcome *given,
+                               const struct pass_outcome *other, struct sim_result *result)
 {
     double threshold = pass_bow_threshold_ft(m->scene);
     double most_u_ft = PASS_DISAGREEMENT_MAX * sim_record_peak(&given->record).u_ft,
@@ -151,7 +150,7 @@ static void set_divergence_of_runs(const struct model *m, const struct pass_requ
         if (next->status == SIM_OK) {
             result->diverging_run_count++;
             result->diverging_wave_count += next->max_lift_ft > threshold;
-            divergence_find(result, &given->record, &next->record, most_u_ft, most_lift_ft);
+            pass_find_divergence(result, &given->record, &next->record, most_u_ft, most_lift_ft);
             widen_error(result, pass_compare(given, next), ERROR_FACTOR);
         }
         pass_outcome_free(&pass);
@@ -209,15 +208,15 @@ static void add_pass_cost(struct sim_result *result, const struct pass_outcome *
     result->other_steps += pass->rejected_steps;
 }
 
-static bool does_kind_sample(const struct stepper_kind *kind)
+static bool is_sampling_kind(const struct stepper_kind *kind)
 {
-    return kind->samples_switches || kind->samples_shape;
+    return kind->samples_switches || kind->samples_shape_switches;
 }
 
 /* Runs one more pass, which may end early. */
-static void run_another_pass(struct pass_outcome *pass, struct model *m,
-                             const struct pass_request *request, const struct sim_options *options,
-                             struct sim_result *result)
+static void run_additional_pass(struct pass_outcome *pass, struct model *m,
+                                const struct pass_request *request,
+                                const struct sim_options *options, struct sim_result *result)
 {
     struct pass_request numbered = *request;
     numbered.pass_number = ++result->pass_count;
@@ -229,12 +228,12 @@ static void run_another_pass(struct pass_outcome *pass, struct model *m,
  * sample switches or had different switches. With a fixed step, the third step is longer than the
  * others if that is stable, otherwise shorter; with a tolerance, it is between the other two. If
  * the third pass fails, nothing changes. */
-static void widen_by_third_pass(struct model *m, const struct sim_options *options,
-                                struct solver_passes *runs, struct sim_result *result)
+static void widen_error_by_third_pass(struct model *m, const struct sim_options *options,
+                                      struct solver_passes *runs, struct sim_result *result)
 {
     const struct stepper_kind *kind = runs->fine_request.kind;
     struct pass_request request = runs->fine_request;
-    if (!does_kind_sample(kind) && runs->coarse.switch_hash_sum == runs->fine.switch_hash_sum)
+    if (!is_sampling_kind(kind) && runs->coarse.switch_hash_sum == runs->fine.switch_hash_sum)
         return;
     request.rtol *= sqrt(ESTIMATE_RTOL_RATIO);
     request.first_step_factor = ESTIMATE_FIRST_STEP_FACTOR * ESTIMATE_FIRST_STEP_FACTOR;
@@ -246,7 +245,7 @@ static void widen_by_third_pass(struct model *m, const struct sim_options *optio
         request.first_step_factor =
             longer ? runs->coarse_request.first_step_factor * ESTIMATE_FIXED_STEP_RATIO
                    : runs->fine_request.first_step_factor / ESTIMATE_FIXED_STEP_RATIO;
-    run_another_pass(&runs->third, m, &request, options, result);
+    run_additional_pass(&runs->third, m, &request, options, result);
     if (runs->third.status != SIM_OK)
         return;
     double share = ERROR_FACTOR;
@@ -278,16 +277,16 @@ static uint64_t max_check_steps(const struct model *m, const struct sim_options 
     const struct pass_outcome *coarse = &runs->coarse, *fine = &runs->fine;
     bool implicit = runs->fine_request.kind == &stepper_implicit,
          automatic = is_solver_automatic(options);
-    double asked = event_stability_steps(m, result);
+    double needed_steps = event_stability_steps(m, result);
     double most = implicit ? ESTIMATE_STEP_COST_RATIO * (double)(coarse->steps + fine->steps)
                            : (double)(coarse->evaluations + fine->evaluations) /
                                  EVENT_EVALUATIONS_PER_STEP;
     /* `auto` has already tried event, unless it began with implicit */
-    bool tried = automatic && (!implicit || asked <= ESTIMATE_EVENT_STEPS_MAX);
-    bool useful = does_kind_sample(runs->fine_request.kind) ||
+    bool tried = automatic && (!implicit || needed_steps <= ESTIMATE_EVENT_STEPS_MAX);
+    bool useful = is_sampling_kind(runs->fine_request.kind) ||
                   (runs->fine_request.kind != &stepper_event && fine->events > 0);
     most = fmax(most, OTHER_METHOD_MIN_STEPS);
-    return useful && !tried && (implicit || asked <= most) ? (uint64_t)most : 0;
+    return useful && !tried && (implicit || needed_steps <= most) ? (uint64_t)most : 0;
 }
 
 /* Progress of a run that is stopped if it needs more steps than planned. */
@@ -324,7 +323,7 @@ static bool add_event_run(struct model *m, const struct sim_options *options,
         return false;
     paced.may_continue = is_within_step_budget;
     paced.may_continue_ctx = &step_budget;
-    run_another_pass(&pass, m, &request, &paced, result);
+    run_additional_pass(&pass, m, &request, &paced, result);
     bool done = pass.status == SIM_OK;
     if (done) {
         sim_result_add_note(result, "the error estimate also uses a run with --solver event, which "
@@ -336,7 +335,7 @@ static bool add_event_run(struct model *m, const struct sim_options *options,
     return done;
 }
 
-static bool has_pass_bounces(const struct model *m, const struct pass_outcome *pass)
+static bool has_repeated_bounces(const struct model *m, const struct pass_outcome *pass)
 {
     return pass->max_flips >= BOUNCE_FLIPS_MIN &&
            4.0 * m->mats * pass->max_flips >= (double)pass->events &&
@@ -350,10 +349,11 @@ static void add_finer_run_after_bounces(struct model *m, const struct sim_option
                                         struct solver_passes *runs, struct sim_result *result)
 {
     struct pass_request request = runs->fine_request;
-    if (request.kind != &stepper_implicit || !has_pass_bounces(m, &runs->fine) || runs->third.end_z)
+    if (request.kind != &stepper_implicit || !has_repeated_bounces(m, &runs->fine) ||
+        runs->third.end_z)
         return;
     request.rtol = fmax(ESTIMATE_MIN_RTOL, request.rtol / sqrt(ESTIMATE_RTOL_RATIO));
-    run_another_pass(&runs->third, m, &request, options, result);
+    run_additional_pass(&runs->third, m, &request, options, result);
     if (runs->third.status == SIM_OK)
         widen_error(result, pass_compare(&runs->fine, &runs->third), ERROR_FACTOR);
 }
@@ -365,7 +365,7 @@ static void add_runs_if_only_sampled(struct model *m, const struct sim_options *
                                      const struct solver_passes *runs, struct sim_result *result)
 {
     struct pass_request request = runs->fine_request;
-    if (!does_kind_sample(request.kind))
+    if (!is_sampling_kind(request.kind))
         return;
     sim_result_add_note(result,
                         "events (contact, sticking, slipping) are sampled, and no run of another "
@@ -378,7 +378,7 @@ static void add_runs_if_only_sampled(struct model *m, const struct sim_options *
                                       ? request.first_step_factor / EXTRA_STEP_RATIO
                                       : (i == 0 ? 1.0 : ESTIMATE_FIRST_STEP_FACTOR) /
                                             EXTRA_STEP_RATIO;
-        run_another_pass(&pass, m, &request, options, result);
+        run_additional_pass(&pass, m, &request, options, result);
         if (pass.status == SIM_OK) {
             widen_error(result, pass_compare(&runs->fine, &pass), ERROR_FACTOR);
             if (runs->is_result_coarse)
@@ -419,7 +419,7 @@ static void add_runs_if_sensitive(struct model *m, const struct sim_options *opt
     for (int run = -1; run < DIVERGENCE_RUN_COUNT; run++) {
         struct pass_outcome pass = {0};
         if (run < 0)
-            run_another_pass(&pass, m, &finer, options, result);
+            run_additional_pass(&pass, m, &finer, options, result);
         else
             run_nudged_pass(m, &runs->fine_request, options, run, &pass, result);
         if (pass.status == SIM_OK)
@@ -437,20 +437,20 @@ static bool estimate_error(struct model *m, const struct sim_options *options,
 {
     const struct stepper_kind *kind = runs->fine_request.kind;
     const struct pass_outcome *a = &runs->coarse, *b = &runs->fine;
-    struct pass_difference apart = pass_compare(a, b);
+    struct pass_difference difference = pass_compare(a, b);
     /* Correct for chance: two passes can agree more closely than their errors allow, because errors
      * of single steps add up like random numbers. */
     double grown = fmax(1.0, ERROR_GROWTH_PER_ROOT_STEP * sqrt((double)b->steps));
     double least_ft = kind->has_fixed_step ? 0.0 : runs->fine_request.rtol * m->length_ft;
-    *where = apart.u;
+    *where = difference.u;
     result->error_u_ft = result->error_lift_ft = 0.0;
-    widen_error(result, apart,
-                !does_kind_sample(kind)  ? 1.0
+    widen_error(result, difference,
+                !is_sampling_kind(kind)  ? 1.0
                 : runs->is_result_coarse ? COARSER_ERROR_FACTOR
                                          : ERROR_FACTOR);
-    if (!passes_agree(m->scene, a, b, apart))
+    if (!passes_agree(m->scene, a, b, difference))
         return false;
-    widen_by_third_pass(m, options, runs, result);
+    widen_error_by_third_pass(m, options, runs, result);
     if (!add_event_run(m, options, runs, result)) {
         add_finer_run_after_bounces(m, options, runs, result);
         add_runs_if_only_sampled(m, options, runs, result);
@@ -513,7 +513,7 @@ static void moreau_runs_clear(struct moreau_runs *l)
     l->run_count = 0;
 }
 
-static bool do_moreau_runs_agree(const struct moreau_runs *l, const struct sim_scene *scene)
+static bool moreau_runs_agree(const struct moreau_runs *l, const struct sim_scene *scene)
 {
     return l->run_count == MOREAU_KEPT_RUNS &&
            passes_agree(scene, &l->runs[1], &l->runs[2], l->last_difference);
@@ -534,7 +534,7 @@ static bool is_moreau_error_small(const struct moreau_runs *l, const struct sim_
 {
     const struct pass_outcome *best = &l->runs[l->run_count - 1];
     double lift_ft = fmax(best->max_lift_ft, pass_bow_threshold_ft(scene));
-    return do_moreau_runs_agree(l, scene) &&
+    return moreau_runs_agree(l, scene) &&
            result->error_u_ft <= MOREAU_ERROR_PER_PEAK_MAX * sim_record_peak(&best->record).u_ft &&
            result->error_lift_ft <= MOREAU_ERROR_PER_PEAK_MAX * lift_ft;
 }
@@ -544,11 +544,11 @@ static void fill_moreau_result(struct model *m, const struct sim_options *option
                                bool given, struct sim_result *result)
 {
     struct pass_outcome *best = &l->runs[l->run_count - 1], *other = &l->runs[l->run_count - 2];
-    if (!do_moreau_runs_agree(l, m->scene)) {
+    if (!moreau_runs_agree(l, m->scene)) {
         sim_result_set_status(result, SIM_UNSTABLE, l->last_difference.u.mat,
                               l->last_difference.u.t_s);
         if (!given)
-            set_divergence_of_runs(m, request, options, best, other, result);
+            set_run_divergence(m, request, options, best, other, result);
     }
     pass_fill_result(m, best, other, result);
 }
@@ -701,7 +701,7 @@ static void run_coarse_and_fine(struct model *m, const struct sim_options *optio
             sim_result_set_status(result, SIM_UNSTABLE, where.mat, where.t_s);
             *contradicted = true;
             if (last)
-                set_divergence_of_runs(m, &runs.fine_request, options, fine, coarse, result);
+                set_run_divergence(m, &runs.fine_request, options, fine, coarse, result);
         }
         pass_fill_result(m, is_result_coarse ? coarse : fine, is_result_coarse ? fine : coarse,
                          result);
@@ -776,8 +776,8 @@ static void note_solver_change(struct sim_result *result, const char *left, cons
 
 /* Runs the remaining solvers if the first two made no progress because there are too many switches:
  * hamming samples them; moreau solves any number of them in one step. */
-static void run_remaining_solvers(struct model *m, const struct sim_options *options,
-                                  struct sim_result *result)
+static void run_fallback_solvers(struct model *m, const struct sim_options *options,
+                                 struct sim_result *result)
 {
     const struct stepper_kind *const kinds[] = {&stepper_hamming, &stepper_moreau};
     for (int i = 0; i < 2 && result->status == SIM_STEP_UNDERFLOW; i++) {
@@ -792,7 +792,7 @@ static void run_remaining_solvers(struct model *m, const struct sim_options *opt
 }
 
 /* Runs the second solver of auto, then the remaining ones. */
-static void run_other_solvers(struct model *m, const struct sim_options *options,
+static void run_second_solver(struct model *m, const struct sim_options *options,
                               const struct stepper_kind *first, struct sim_result *result)
 {
     const struct stepper_kind *other = first == &stepper_event ? &stepper_implicit : &stepper_event;
@@ -803,7 +803,7 @@ static void run_other_solvers(struct model *m, const struct sim_options *options
     result->solver = other->name;
     run_adaptive_solver(m, options, other, last, result);
     if (result->status == SIM_STEP_UNDERFLOW && options->rtol == 0.0)
-        run_remaining_solvers(m, options, result);
+        run_fallback_solvers(m, options, result);
 }
 
 /* Runs solver auto: if the first solver makes no progress, runs the others, for at most
@@ -819,7 +819,7 @@ static void run_auto(struct model *m, const struct sim_options *options,
     /* copying the struct is safe, because a failed result has no arrays */
     struct sim_result refused = *result;
     deadline_begin(&deadline, options, PLANAR_OTHER_SOLVERS_S);
-    run_other_solvers(m, &deadline.options, kind, result);
+    run_second_solver(m, &deadline.options, kind, result);
     if (deadline.is_exceeded) {
         memcpy(refused.notes, result->notes, sizeof refused.notes);
         refused.evaluations = result->evaluations;

@@ -41,16 +41,17 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
 /* A deadline stops a run after a given real time. Solvers call its options.may_continue, which
  * calls the caller's function too. */
 struct deadline {
-    const struct sim_options *requested_options;
+    const struct sim_options *caller_options;
     /* options for the solver: the caller's options with the time limit added */
     struct sim_options options;
     double until_s;   /* time at which the limit ends, on the clock of the options */
     bool is_exceeded; /* true: the deadline has stopped the run */
 };
 
-/* Starts a time limit of limit_s seconds, measured with asked->clock_s. With 0 there is no limit,
- * and `options` is a copy of the caller's options. The deadline must exist while its options are in
- * use. The caller owns `asked`. */
-void deadline_begin(struct deadline *deadline, const struct sim_options *asked, double limit_s);
+/* Starts a time limit of limit_s seconds, measured with caller_options->clock_s. With 0 there is no
+ * limit, and `options` is a copy of the caller's options. The deadline must exist while its options
+ * are in use. The caller owns `caller_options`. */
+void deadline_begin(struct deadline *deadline, const struct sim_options *caller_options,
+                    double limit_s);
 
 #endif

@@ -174,7 +174,7 @@ struct shortening {
     double ft, ft_s;
 };
 
-static inline struct shortening shortening_of(const struct planar_engine *l, int n)
+static inline struct shortening compute_shortening(const struct planar_engine *l, int n)
 {
     const struct model *m = &l->model;
     if (!m->has_full_profile || n < l->heaving.first || n > l->heaving.last)
@@ -190,10 +190,10 @@ LAW_INLINE void update_tensions_by_law(struct planar_engine *l, enum joint_law l
     const struct model *m = &l->model;
     const double *p = l->z, *v = l->z + m->coordinate_count;
     struct law_joint joint = {m->kl_lb_ft, m->cl_lb_s_ft, l->slack_ft};
-    struct shortening left, right = shortening_of(l, l->sliding.first - 1);
+    struct shortening left, right = compute_shortening(l, l->sliding.first - 1);
     for (int j = l->sliding.first; j <= l->sliding.last + 1; j++) {
         left = right; /* set before the test for free ends, because the next joint needs it too */
-        right = shortening_of(l, j);
+        right = compute_shortening(l, j);
         if ((j == 0 && m->is_left_free) || (j == m->mats && m->is_right_free)) {
             l->tension_lb[j] = 0.0;
             continue;
@@ -203,9 +203,9 @@ LAW_INLINE void update_tensions_by_law(struct planar_engine *l, enum joint_law l
         double g = l->gap0_ft[j] + (u_r - u_l) + left.ft + right.ft,
                rate = v_r - v_l + left.ft_s + right.ft_s;
         if (law == JOINT_SLACK && l->last_step_s > 0.0)
-            rate = law_damped_rate_ft_s(g, rate, l->slack_ft, l->last_step_s);
+            rate = law_damper_speed_ft_s(g, rate, l->slack_ft, l->last_step_s);
         joint.kl_lb_ft = l->kl_lb_ft[j];
-        struct joint_grit grit = {l->grit_lb[j], l->grit_yield_ft[j], l->reach_ft[j]};
+        struct joint_grit grit = {l->grit_lb[j], l->grit_yield_ft[j], l->grit_extent_ft[j]};
         struct law_pull pulled = joint_pull(law, joint, g, rate, grit);
         if (law == JOINT_SLACK && l->last_step_s > 0.0 && joint_mode(g, l->slack_ft) == 0)
             /* damper force, only for the part of the last step in which the joint was closed */
@@ -214,10 +214,11 @@ LAW_INLINE void update_tensions_by_law(struct planar_engine *l, enum joint_law l
         if (l->mods && mods_is_torn(l->mods, j + 1))
             t_lb = fmin(0.0, t_lb);
         if (law == JOINT_GRIT)
-            l->reach_ft[j] = pulled.reach_ft;
+            l->grit_extent_ft[j] = pulled.grit_extent_ft;
         l->tension_lb[j] = t_lb;
-        l->max_pull_lb[j] = t_lb > l->max_pull_lb[j] ? t_lb : l->max_pull_lb[j];
-        l->max_push_lb[j] = -t_lb > l->max_push_lb[j] ? -t_lb : l->max_push_lb[j];
+        l->max_tension_lb[j] = t_lb > l->max_tension_lb[j] ? t_lb : l->max_tension_lb[j];
+        l->max_compression_lb[j] = -t_lb > l->max_compression_lb[j] ? -t_lb
+                                                                    : l->max_compression_lb[j];
     }
 }
 
@@ -232,7 +233,7 @@ static void update_tensions(struct planar_engine *l)
         update_tensions_by_law(l, JOINT_GRIT);
     if (l->mods && l->mods->has_joint_springs) {
         struct mods_view view = planar_engine_view(l);
-        mods_pull_joints(l->mods, &view, l->sliding.first + 1, l->sliding.last + 2);
+        mods_add_joint_forces(l->mods, &view, l->sliding.first + 1, l->sliding.last + 2);
     }
 }
 
@@ -249,18 +250,18 @@ static void brace_sliding_part(struct planar_engine *l, const struct sim_touch *
     const struct model *m = &l->model;
     struct mods_view view = planar_engine_view(l);
     if (mods->has_cleats) {
-        mods_press_cleats(mods, touch, count);
+        mods_bend_raised_cleats(mods, touch, count);
         mods_wear_cleats(mods, &view, h_s, l->sliding.first + 1, l->sliding.last + 1);
     }
     if (!mods->has_bands)
         return;
-    mods_pull_bands(mods, &view, touch, count);
+    mods_apply_bands(mods, &view, touch, count);
     for (int c = 0; c < mods->brace_count; c++) {
         int n = mods->brace_mat[c] - 1;
         double push_lb = l->tension_lb[n + 1] - l->tension_lb[n] + mods->brace_force_lb[n + 1];
         double limit_lb = m->friction_law == SIM_FRICTION_NONE
                             ? 0.0
-                            : l->limit_lb[n] + mods_cleat_lb(mods, n + 1);
+                            : l->limit_lb[n] + mods_cleat_hold_lb(mods, n + 1);
         if ((n < l->sliding.first || n > l->sliding.last) && fabs(push_lb) > limit_lb)
             extend_part(&l->sliding, m, n - 1, n + 1);
     }
@@ -282,12 +283,12 @@ static void brace_heaving_part(struct planar_engine *l)
                                       .last = l->heaving.last,
                                       .down_lb = l->brace_force_lb,
                                       .moment_lb_ft = l->brace_moment_lb_ft};
-    mods_brace_heave(l->mods, &heave);
+    mods_compute_vertical_forces(l->mods, &heave);
 }
 
 static double node_soil_force_lb(const struct planar_engine *l, int node)
 {
-    return kernel_soil_at_lb(&l->model, l->z, l->z + l->model.coordinate_count, node);
+    return kernel_local_soil_force_lb(&l->model, l->z, l->z + l->model.coordinate_count, node);
 }
 
 /* Returns the mean force of the soil on a node during the kick of its mats. It differs from the
@@ -328,15 +329,15 @@ static void step_mat_under_gear(struct planar_engine *l, int n, double thrust_lb
     gear->mass_slug = l->mass_slug[n];
     if (!m->has_soil_normal && m->friction_law != SIM_FRICTION_NONE)
         limit_lb += m->friction_coefficient * l->scene->wheel_load_lb * gear->load_share[n + 1];
-    *v = gear_speed_ft_s(gear, n + 1, step.speed_factor * *v, thrust_lb + step.push_lb, limit_lb,
-                         step.equivalent_s);
+    *v = gear_solve_mat_speed_ft_s(gear, n + 1, step.speed_factor * *v, thrust_lb + step.push_lb,
+                                   limit_lb, step.equivalent_s);
 }
 
 /* Sets the mat under the wheel in the model (from 0; -1: none). The thrust is applied by the
  * engine, not by the model. */
 static void set_wheel_mat(struct model *m, int mat)
 {
-    m->span = (struct span){.mat = mat, .share_mat = -2};
+    m->span = (struct span){.mat = mat, .first_sharing_mat = -2};
 }
 
 /* Updates the speeds along the runway. `plain`: the scene has no cleats, elements or gear. */
@@ -441,8 +442,8 @@ static int move_gear(struct planar_engine *l, struct sim_wheel *wheel, double t0
 {
     const struct model *m = &l->model;
     if (!l->gear)
-        return sim_wheel_span(wheel, t0_s, t1_s, touch);
-    int count = gear_span(l->gear, t0_s, t1_s, touch);
+        return sim_wheel_compute_action(wheel, t0_s, t1_s, touch);
+    int count = gear_compute_action(l->gear, t0_s, t1_s, touch);
     for (int i = 0; i < l->gear->loaded_count && l->scene->wheel_load_lb > 0.0; i++) {
         int n = l->gear->loaded_mats[i] - 1;
         extend_part(&l->heaving, m, n - m->load_tail_mats, n + m->load_tail_mats);
@@ -495,10 +496,10 @@ static void set_properties(struct planar_engine *l)
     struct model *m = &l->model;
     const struct sim_scene *s = l->scene;
     for (int j = 0; j <= m->mats; j++) {
-        l->kv_lb_ft[j] = sim_scene_value_along(s, SIM_VARIED_KV, m->kv_lb_ft, j + 1);
-        l->cv_lb_s_ft[j] = sim_scene_value_along(s, SIM_VARIED_CV, m->cv_lb_s_ft, j + 1);
-        l->kl_lb_ft[j] = sim_scene_value_along(s, SIM_VARIED_KL, m->kl_lb_ft, j + 1);
-        l->kt_lb_ft_rad[j] = sim_scene_value_along(s, SIM_VARIED_KT, m->kt_lb_ft_rad, j + 1);
+        l->kv_lb_ft[j] = sim_scene_local_value(s, SIM_VARIED_KV, m->kv_lb_ft, j + 1);
+        l->cv_lb_s_ft[j] = sim_scene_local_value(s, SIM_VARIED_CV, m->cv_lb_s_ft, j + 1);
+        l->kl_lb_ft[j] = sim_scene_local_value(s, SIM_VARIED_KL, m->kl_lb_ft, j + 1);
+        l->kt_lb_ft_rad[j] = sim_scene_local_value(s, SIM_VARIED_KT, m->kt_lb_ft_rad, j + 1);
         l->rest_ft[j] = sim_scene_settlement_ft(s, j + 1);
     }
     for (int n = 0; n < m->mats; n++) {
@@ -523,11 +524,11 @@ static void assign_arrays(struct planar_engine *l)
                             &l->gap0_ft,
                             &l->grit_lb,
                             &l->grit_yield_ft,
-                            &l->reach_ft,
+                            &l->grit_extent_ft,
                             &l->tension_lb,
                             &l->height,
-                            &l->max_push_lb,
-                            &l->max_pull_lb,
+                            &l->max_compression_lb,
+                            &l->max_tension_lb,
                             &l->max_rise_ft,
                             &l->tilt_ft,
                             &l->rest_cos,
@@ -705,7 +706,7 @@ static void record_crest(const struct planar_engine *l, struct march *march, dou
 }
 
 /* Records an overrun: the wheel reaches a wave that is too high for the wheel to press it flat. */
-static void record_overrun(const struct planar_engine *l, struct march *march, double lift_ft)
+static void record_encounter(const struct planar_engine *l, struct march *march, double lift_ft)
 {
     int mat = l->model.span.mat;
     if (march->first_crest_node == 0)
@@ -715,8 +716,8 @@ static void record_overrun(const struct planar_engine *l, struct march *march, d
     double left_ft = -l->z[2 * mat], right_ft = -l->z[2 * mat + 2];
     int node = (left_ft > right_ft ? mat : mat + 1) + 1;
     bool meets = fmax(left_ft, right_ft) >= lift_ft;
-    if (meets && !march->was_wheel_on_wave && march->overrun_count < SIM_OVERRUNS_MAX)
-        march->overrun_nodes[march->overrun_count++] = node;
+    if (meets && !march->was_wheel_on_wave && march->wave_encounter_count < SIM_WAVE_ENCOUNTERS_MAX)
+        march->wave_encounter_nodes[march->wave_encounter_count++] = node;
     march->was_wheel_on_wave = meets || (march->was_wheel_on_wave &&
                                          fmax(left_ft, right_ft) >= OFF_WAVE_LIFT_RATIO * lift_ft);
 }
@@ -729,7 +730,7 @@ static bool update_march_status(struct planar_engine *l, struct march *march, do
     for (int n = l->sliding.first; n <= l->sliding.last; n++)
         sum += fabs(l->z[2 * n + 1]) + fabs(l->z[m->coordinate_count + 2 * n + 1]);
     if (l->heaving.last >= l->heaving.first) {
-        double angle = model_worst_angle_deg(m, l->z, &mat);
+        double angle = model_largest_angle_deg(m, l->z, &mat);
         march->max_lift_ft = fmax(march->max_lift_ft, model_lift_ft(m, l->z, &node));
         record_extremes(l, march);
         if (angle > FOLDED_MIN_DEG)
@@ -755,8 +756,8 @@ static void init_march_state(struct planar_engine *l, bool prunes)
             sim_scene_joint_value(&l->scene->varied[SIM_VARIED_V0], n + 1);
     l->sliding = l->heaving = (struct moving_part){0, m->mats - 1, 0, 0};
     for (int j = 0; j <= m->mats; j++)
-        l->reach_ft[j] = joint_initial_reach_ft(l->gap0_ft[j], l->slack_ft);
-    memset(l->max_push_lb, 0, 3 * ((size_t)m->mats + 2) * sizeof *l->max_push_lb);
+        l->grit_extent_ft[j] = joint_initial_grit_extent_ft(l->gap0_ft[j], l->slack_ft);
+    memset(l->max_compression_lb, 0, 3 * ((size_t)m->mats + 2) * sizeof *l->max_compression_lb);
     if (l->mods)
         mods_reset(l->mods);
     if (!prunes)
@@ -836,7 +837,7 @@ struct march_run {
     struct sim_wheel wheel;
     struct sim_touch touch[SIM_TOUCH_MAX];
     int touch_count;
-    bool prunes_mats, divides_steps, has_heaving_part;
+    bool omits_mats, has_divided_steps, has_heaving_part;
     double last_height_step_s; /* length of the last step of the heights */
 };
 
@@ -844,16 +845,16 @@ static void begin_march(struct march_run *way)
 {
     struct planar_engine *l = way->engine;
     double h = way->march->h_s;
-    way->prunes_mats = !way->options->integrates_all_mats && element_can_rest(&l->model.elements);
-    way->divides_steps = !way->options->is_single_pass;
+    way->omits_mats = !way->options->integrates_all_mats && element_allows_rest(&l->model.elements);
+    way->has_divided_steps = !way->options->is_single_pass;
     way->last_height_step_s = h;
     l->last_step_s = 0.0; /* no mat has moved yet */
     l->next_normal_share = 1.0;
     l->is_step_divided = false;
-    init_march_state(l, way->prunes_mats);
+    init_march_state(l, way->omits_mats);
     sim_wheel_start(&way->wheel, l->scene);
     if (l->gear) {
-        gear_start(l->gear, h);
+        gear_reset(l->gear, h);
         /* with a gear, the load is applied by its axles, not by the model */
         l->model.wheel_load_lb = 0.0;
     }
@@ -861,12 +862,12 @@ static void begin_march(struct march_run *way)
 }
 
 /* Time at which the kick of step i begins, and time at which it ends. */
-static double kick_begin_s(const struct march *march, uint64_t i)
+static double kick_start_time_s(const struct march *march, uint64_t i)
 {
     return i == 0 ? 0.0 : ((double)i - 0.5) * march->h_s;
 }
 
-static double kick_end_s(const struct march *march, uint64_t i)
+static double kick_end_time_s(const struct march *march, uint64_t i)
 {
     return ((double)i + 0.5) * march->h_s;
 }
@@ -875,10 +876,10 @@ static double kick_end_s(const struct march *march, uint64_t i)
 static void step_wheel(struct march_run *way, uint64_t i)
 {
     struct planar_engine *l = way->engine;
-    way->touch_count = move_gear(l, &way->wheel, kick_begin_s(way->march, i),
-                                 kick_end_s(way->march, i), way->touch);
+    way->touch_count = move_gear(l, &way->wheel, kick_start_time_s(way->march, i),
+                                 kick_end_time_s(way->march, i), way->touch);
     set_wheel_mat(&l->model, find_mat_under_wheel(way->touch, way->touch_count));
-    if (way->prunes_mats) {
+    if (way->omits_mats) {
         update_sliding_part(l, way->touch, way->touch_count);
         update_heaving_part(l);
         add_heaving_mats_to_sliding(l);
@@ -892,7 +893,7 @@ static void step_vertical(struct march_run *way, uint64_t i)
     struct planar_engine *l = way->engine;
     struct march *march = way->march;
     struct model *m = &l->model;
-    double h = march->h_s, kick_s = kick_end_s(march, i) - kick_begin_s(march, i);
+    double h = march->h_s, kick_s = kick_end_time_s(march, i) - kick_start_time_s(march, i);
     if (l->mods)
         brace_sliding_part(l, way->touch, way->touch_count, kick_s);
     update_tensions(l);
@@ -903,7 +904,7 @@ static void step_vertical(struct march_run *way, uint64_t i)
         if (l->brace_heaving_part)
             l->brace_heaving_part(l);
     }
-    l->is_step_divided = way->has_heaving_part && way->divides_steps && will_node_land(l, h);
+    l->is_step_divided = way->has_heaving_part && way->has_divided_steps && will_node_land(l, h);
     if (l->is_step_divided) {
         double part_s = h / LANDING_STEP_PARTS;
         double first_s = 0.5 * ((i > 0 ? way->last_height_step_s : 0.0) + part_s);
@@ -931,17 +932,17 @@ static void step_along_runway(struct march_run *way, uint64_t i)
     struct model *m = &l->model;
     double h = march->h_s, *p = l->z, *v = l->z + m->coordinate_count;
     march->events += kick_sliding_part(l, way->touch, way->touch_count,
-                                       kick_end_s(march, i) - kick_begin_s(march, i));
+                                       kick_end_time_s(march, i) - kick_start_time_s(march, i));
     for (int n = l->sliding.first; n <= l->sliding.last; n++)
         p[2 * n + 1] += h * v[2 * n + 1];
-    l->last_step_s = way->divides_steps ? h : 0.0;
+    l->last_step_s = way->has_divided_steps ? h : 0.0;
     for (int j = m->first_mat; way->has_heaving_part && !l->is_step_divided && j <= m->last_mat + 1;
          j++)
         p[2 * j] += h * v[2 * j];
     int live = l->sliding.last - l->sliding.first + 1;
-    march->awake_mat_s += live * h;
-    march->awake_mats_max = live > march->awake_mats_max ? live : march->awake_mats_max;
-    march->done_step_count = i + 1;
+    march->active_mat_time_s += live * h;
+    march->active_mats_max = live > march->active_mats_max ? live : march->active_mats_max;
+    march->completed_step_count = i + 1;
 }
 
 /* Updates the outputs and extremes at the end t_s of step i. Returns false if the march ends with
@@ -952,8 +953,8 @@ static bool update_extremes(struct march_run *way, uint64_t i, double t_s)
     bool due = i % STEPS_PER_SHAPE_UPDATE == 0 || i + 1 == march->step_count;
     if (due && !update_march_status(way->engine, march, t_s))
         return false;
-    if (i % STEPS_PER_SHAPE_UPDATE == 0 && way->options->overrun_ft > 0.0)
-        record_overrun(way->engine, march, way->options->overrun_ft);
+    if (i % STEPS_PER_SHAPE_UPDATE == 0 && way->options->wave_encounter_height_ft > 0.0)
+        record_encounter(way->engine, march, way->options->wave_encounter_height_ft);
     if (march->record.next_record_s <= t_s)
         record_outputs(way->engine, march, t_s);
     return true;
@@ -967,7 +968,7 @@ static void finish_march(struct march_run *way)
         way->march->speed_end_ft_s = fmax(way->march->speed_end_ft_s, fabs(v[2 * n + 1]));
     if (l->mods) {
         struct mods_view view = planar_engine_view(l);
-        way->march->mods = mods_finish(l->mods, &view);
+        way->march->mods = mods_copy_end_state(l->mods, &view);
     }
 }
 

@@ -26,9 +26,9 @@ struct planar_engine {
     double *z; /* state of every mat, at all times */
     double *accel, *u, *v, *height;
     /* for each joint: its properties; elements/law.h */
-    double *gap0_ft, *grit_lb, *grit_yield_ft, *reach_ft, *kl_lb_ft;
+    double *gap0_ft, *grit_lb, *grit_yield_ft, *grit_extent_ft, *kl_lb_ft;
     /* Soil and depth at rest of each node; Coulomb limit and mass of each mat, hinge of each joint
-     * (sim_scene_value_along). */
+     * (sim_scene_local_value). */
     double *kv_lb_ft, *cv_lb_s_ft, *rest_ft, *limit_lb, *kt_lb_ft_rad, *mass_slug, *mass_ratio;
     double *rest_tilt_ft;
     double *tilt_ft, *rest_cos; /* for each mat on uneven ground: tilt (model.h), and its cosine */
@@ -37,7 +37,7 @@ struct planar_engine {
     double *brace_force_lb, *brace_moment_lb_ft;
     /* function that computes brace_force_lb and brace_moment_lb_ft; NULL: neither is used */
     void (*brace_heaving_part)(struct planar_engine *l);
-    double *max_push_lb, *max_pull_lb,
+    double *max_compression_lb, *max_tension_lb,
         *max_rise_ft; /* for each joint and node: largest value so far */
     /* True: the step is divided into parts, because a node lands in it. The fields below then have
      * the normal forces for friction, in this step and in the next one. */
@@ -76,7 +76,7 @@ static inline struct mods_view planar_engine_view(const struct planar_engine *l)
 
 /* A march: one run over the whole landing with one step size. Its record must be made before. */
 struct march {
-    uint64_t step_count, done_step_count, events;
+    uint64_t step_count, completed_step_count, events;
     double h_s, ms;
     enum sim_status status;
     int mat;
@@ -86,12 +86,12 @@ struct march {
     double speed_end_ft_s;
     double crest_deg, sag_deg;
     int crest_joint, sag_joint;
-    int overrun_nodes[SIM_OVERRUNS_MAX], overrun_count;
-    /* true: the wheel has been on a wave since the last entry of `overrun_nodes` */
+    int wave_encounter_nodes[SIM_WAVE_ENCOUNTERS_MAX], wave_encounter_count;
+    /* true: the wheel has been on a wave since the last entry of `wave_encounter_nodes` */
     bool was_wheel_on_wave;
     int first_crest_node, first_crest_wheel_mat;
-    double awake_mat_s;
-    int awake_mats_max;
+    double active_mat_time_s;
+    int active_mats_max;
     struct sim_record record;
     struct mods_state *mods; /* state of the modifications at the end of the march; NULL: none */
     int pass_number;         /* number of the march, an argument of may_continue */

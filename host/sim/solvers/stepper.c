@@ -55,8 +55,8 @@ bool stepper_end_at_reversal(const struct stepper *s, const double *rate, double
     double h = *h_s;
     if (m->friction_law != SIM_FRICTION_TANH || !(edge > 0.0))
         return false;
-    for (int k = m->coordinate_count + stepper_low(s) + 1;
-         k < m->coordinate_count + stepper_high(s); k += 2) {
+    for (int k = m->coordinate_count + stepper_first_index(s) + 1;
+         k < m->coordinate_count + stepper_end_index(s); k += 2) {
         /* assume the sign with which the speed increases */
         double a = fabs(rate[k]), v = rate[k] < 0.0 ? -s->z[k] : s->z[k];
         if (a * h < veps || v > edge || v + a * h < -edge)
@@ -90,7 +90,7 @@ double stepper_doubling_error(const struct stepper *s, const double *whole)
     for (int half = 0; half < 2; half++) {
         double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
         int from = half * s->model->coordinate_count;
-        for (int k = from + stepper_low(s); k < from + stepper_high(s); k++) {
+        for (int k = from + stepper_first_index(s); k < from + stepper_end_index(s); k++) {
             double scale = atol + s->rtol * fmax(fabs(s->z[k]), fabs(s->z_new[k]));
             if (!(fabs(s->z_new[k]) < 1e300) || !(fabs(whole[k]) < 1e300))
                 return (double)NAN;
@@ -102,24 +102,26 @@ double stepper_doubling_error(const struct stepper *s, const double *whole)
 
 void stepper_copy(const struct stepper *s, const double *from, double *to)
 {
-    int low = stepper_low(s), high = stepper_high(s);
+    int low = stepper_first_index(s), high = stepper_end_index(s);
     for (int half = 0; half <= s->model->coordinate_count; half += s->model->coordinate_count)
         memcpy(to + half + low, from + half + low, (size_t)(high - low) * sizeof *to);
 }
 
 void stepper_rates(struct stepper *s, double t_s, const double *z, double *rate)
 {
-    int size = s->model->coordinate_count, low = stepper_low(s), high = stepper_high(s);
+    int size = s->model->coordinate_count, low = stepper_first_index(s),
+        high = stepper_end_index(s);
     if (s->kind->samples_switches)
         model_sample_modes(s->model, t_s, z);
-    else if (s->kind->samples_shape)
+    else if (s->kind->samples_shape_switches)
         model_sample_shape_modes(s->model, z);
     memcpy(rate + low, z + size + low, (size_t)(high - low) * sizeof *rate);
     model_rates(s->model, t_s, z, rate + size);
 }
 
-void stepper_cubic(const struct stepper *s, const double *z0, const double *rate0, const double *z1,
-                   const double *rate1, double t_s, int low, int high, double *z)
+void stepper_interpolate_cubic(const struct stepper *s, const double *z0, const double *rate0,
+                               const double *z1, const double *rate1, double t_s, int low, int high,
+                               double *z)
 {
     double h = s->t_new_s - s->t_s, x = (t_s - s->t_s) / h;
     double a = x * x * (3.0 - 2.0 * x), b = x * (1.0 - x) * (1.0 - x), c = -x * x * (1.0 - x);
@@ -130,10 +132,10 @@ void stepper_cubic(const struct stepper *s, const double *z0, const double *rate
     }
 }
 
-void stepper_cubic_restart(struct stepper *s, double *rate0, double *rate1, double t_s, int low,
-                           int high, double *z)
+void stepper_interpolate_last_step(struct stepper *s, double *rate0, double *rate1, double t_s,
+                                   int low, int high, double *z)
 {
     stepper_rates(s, s->t_s, s->z, rate0);
     stepper_rates(s, s->t_new_s, s->z_new, rate1);
-    stepper_cubic(s, s->z, rate0, s->z_new, rate1, t_s, low, high, z);
+    stepper_interpolate_cubic(s, s->z, rate0, s->z_new, rate1, t_s, low, high, z);
 }

@@ -16,12 +16,12 @@ struct stepper_kind {
     /* modes are updated at every evaluation; switches are not located in time */
     bool samples_switches;
     /* as `samples_switches`, but the times at which mats stick or slip are located */
-    bool samples_shape;
+    bool samples_shape_switches;
     /* as `samples_switches`, but determines within the step which mats stop */
     bool finds_stops_in_step;
-    bool has_fixed_step;     /* the step size is given (dt) */
-    bool can_leave_out_mats; /* mats at rest may be omitted */
-    bool has_long_steps;     /* steps can be so long that a mat slips and sticks within one */
+    bool has_fixed_step; /* the step size is given (dt) */
+    bool can_omit_mats;  /* mats at rest may be omitted */
+    bool has_long_steps; /* steps can be so long that a mat slips and sticks within one */
     /* speed, in veps, within which the friction law tanh reverses; 0: not considered */
     double reversal_speed_veps;
     double rtol; /* default tolerance */
@@ -76,11 +76,11 @@ void stepper_make(struct stepper *stepper);
 void stepper_free(struct stepper *stepper);
 
 /* First index in p that the model integrates. */
-static inline int stepper_low(const struct stepper *s)
+static inline int stepper_first_index(const struct stepper *s)
 {
     return 2 * s->model->first_mat;
 }
-static inline int stepper_high(const struct stepper *s)
+static inline int stepper_end_index(const struct stepper *s)
 {
     return 2 * s->model->last_mat + 3;
 }
@@ -114,12 +114,13 @@ void stepper_copy(const struct stepper *stepper, const double *from, double *to)
 void stepper_rates(struct stepper *stepper, double t_s, const double *z, double *rate);
 
 /* Interpolates between two states and their rates by a cubic. For steppers without dense output. */
-void stepper_cubic(const struct stepper *stepper, const double *z0, const double *rate0,
-                   const double *z1, const double *rate1, double t_s, int low, int high, double *z);
+void stepper_interpolate_cubic(const struct stepper *stepper, const double *z0, const double *rate0,
+                               const double *z1, const double *rate1, double t_s, int low, int high,
+                               double *z);
 
-/* As stepper_cubic, over the last step. Computes the rates at its ends and writes them to rate0 and
- * rate1. */
-void stepper_cubic_restart(struct stepper *stepper, double *rate0, double *rate1, double t_s,
-                           int low, int high, double *z);
+/* As stepper_interpolate_cubic, over the last step. Computes the rates at its ends and writes them
+ * to rate0 and rate1. */
+void stepper_interpolate_last_step(struct stepper *stepper, double *rate0, double *rate1,
+                                   double t_s, int low, int high, double *z);
 
 #endif

@@ -626,7 +626,7 @@ static void set_score_weights(struct fitting *fitting, const struct surface *sur
     }
 }
 
-static void set_score(const struct fitting *fitting, const double *statistic, double *score)
+static void compute_score(const struct fitting *fitting, const double *statistic, double *score)
 {
     for (size_t i = 0; i < fitting->model->parameter_count; i++) {
         score[i] = 0.0;
@@ -669,7 +669,7 @@ static enum mr_status estimate_w(struct fitting *fitting, const struct ensemble 
         return error_set(error, MR_NUMERICS,
                          "a parameter has no effect on the measurements: the scores are singular; "
                          "fit fewer parameters");
-    set_score(fitting, fitting->measured, solve->score);
+    compute_score(fitting, fitting->measured, solve->score);
     memset(w, 0, fitting->model->parameter_count * sizeof *w);
     if (isnan(solve_least_squares(solve, w)))
         return error_set(
@@ -800,7 +800,8 @@ static enum mr_status set_intervals(const struct fitting *fitting, const struct 
 }
 
 /* Sets the expected value and the scatter of each statistic at the estimate. */
-static void set_expected(const struct surface *surface, const double *w, struct fit_result *answer)
+static void set_expected_statistics(const struct surface *surface, const double *w,
+                                    struct fit_result *answer)
 {
     surface_evaluate(surface, w, answer->expected, NULL);
     for (size_t s = 0; s < answer->statistic_count; s++)
@@ -814,7 +815,7 @@ static bool fit_one_data_set(const struct fitting *fitting, const struct solve *
     const struct fit_result *answer = fitting->result;
     struct solve solve = *fitted;
     double w[FIT_PARAMETERS_MAX] = {0.0};
-    set_score(fitting, statistic, solve.score);
+    compute_score(fitting, statistic, solve.score);
     if (isnan(solve_least_squares(&solve, w)))
         return false;
     for (size_t i = 0; i < answer->parameter_count; i++)
@@ -874,7 +875,7 @@ static enum mr_status finish_fit(struct fitting *fitting, struct error *error)
         solve_information(&solve, w, answer->information);
         solve_covariance(answer->parameter_count, answer->information, answer->covariance);
         if (surface_make(&ensemble, &all, error) == MR_OK) {
-            set_expected(&all, w, answer);
+            set_expected_statistics(&all, w, answer);
             if (set_intervals(fitting, &solve, w, error) == MR_OK)
                 make_replicas(fitting, &solve, &all);
         }

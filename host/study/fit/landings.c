@@ -24,14 +24,14 @@
 #define SETTLING_S  1e-3
 #define STEP_MARGIN 0.98 /* step / longest stable step; below 1 for single precision */
 
-bool parallel_can_run(const struct sim_scene *scene)
+bool parallel_is_supported(const struct sim_scene *scene)
 {
     bool plain = scene->model == SIM_MODEL_CHAIN && scene->thrust == SIM_THRUST_JUMP &&
                  scene->slack_ft > 0.0 && scene->left_end == SIM_END_FIXED &&
                  scene->right_end == SIM_END_FIXED && scene->cl_lb_s_ft > 0.0 &&
                  (scene->friction_law == SIM_FRICTION_STICK ||
                   scene->friction_law == SIM_FRICTION_SIGN) &&
-                 scene->friction_normal == SIM_NORMAL_WEIGHT && !mods_are_given(scene) &&
+                 scene->friction_normal == SIM_NORMAL_WEIGHT && !mods_are_present(scene) &&
                  !sim_scene_is_varied(scene);
     for (int i = 0; i < SIM_ELEMENTS_MAX; i++)
         plain = plain && !(scene->element_values[i] > 0.0);
@@ -42,7 +42,7 @@ bool parallel_can_run(const struct sim_scene *scene)
 }
 
 /* Number of sample rows, one every dt_s from 0 on. */
-static size_t parallel_samples(const struct sim_scene *scene, double dt_s)
+static size_t parallel_sample_count(const struct sim_scene *scene, double dt_s)
 {
     return (size_t)(sim_scene_end_s(scene) / dt_s + 1e-9) + 1;
 }
@@ -53,7 +53,7 @@ struct simulation {
     struct chains *chains;
     struct sim_wheel wheel;
     double step_s;
-    unsigned steps; /* steps between two calls of chains_settle */
+    unsigned steps; /* steps between two calls of chains_end_block */
     unsigned station_mat[MR_CHAIN_MATS];
     size_t station_count;
 };
@@ -95,7 +95,7 @@ static bool start_chains(struct simulation *p)
     p->step_s = SETTLING_S / p->steps;
     for (unsigned k = 0; k < CHAINS_LANES; k++)
         params[k].step_s = (float)p->step_s;
-    p->chains = isfinite(limit_s) ? chains_new(params, gap, grit, &status) : NULL;
+    p->chains = isfinite(limit_s) ? chains_make(params, gap, grit, &status) : NULL;
     free(values);
     return p->chains != NULL;
 }
@@ -104,7 +104,7 @@ static bool start_chains(struct simulation *p)
 static double step_thrust_lb(struct simulation *p, double from_s, unsigned *mat)
 {
     struct sim_touch touch[SIM_WHEEL_TOUCHES_MAX];
-    int count = sim_wheel_span(&p->wheel, from_s, from_s + p->step_s, touch);
+    int count = sim_wheel_compute_action(&p->wheel, from_s, from_s + p->step_s, touch);
     double sum = 0.0, most = -1.0;
     *mat = 1;
     for (int i = 0; i < count; i++) {
@@ -144,9 +144,9 @@ static unsigned advance_chains(struct simulation *p, size_t samples, unsigned ea
                 }
                 chains_step(p->chains, mat, thrust_lb);
             }
-            away |= chains_settle(p->chains);
+            away |= chains_end_block(p->chains);
             over = sim_wheel_is_past_path(&p->wheel, SETTLING_S * (double)(block + 1)) &&
-                   chains_mats_awake(p->chains) == 0; /* all mats are at rest */
+                   chains_active_mats(p->chains) == 0; /* all mats are at rest */
         }
         record_sample(p, row);
     }
@@ -165,7 +165,7 @@ static bool parallel_run(const struct sim_scene *scene, const double *station_ft
         int mat = (int)floor(station_ft[s] / scene->length_ft + 1e-9) + 1;
         p.station_mat[s] = (unsigned)(mat > scene->mats ? scene->mats : mat);
     }
-    unsigned away = advance_chains(&p, parallel_samples(scene, sample_dt_s),
+    unsigned away = advance_chains(&p, parallel_sample_count(scene, sample_dt_s),
                                    (unsigned)(sample_dt_s / SETTLING_S + 0.5));
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         lane[k].is_valid = !(away >> k & 1u);
@@ -263,7 +263,7 @@ static void draw_gaps_with_sum(gsl_rng *random, double *gap_ft, size_t count, do
 }
 
 /* Returns the number of joints inside a segment or at its start; *first is the first of them. */
-static size_t segment_joints(const struct sim_scene *scene, size_t segment, size_t *first)
+static size_t find_segment_joints(const struct sim_scene *scene, size_t segment, size_t *first)
 {
     double from = (double)segment * (double)MR_SEGMENT_LENGTH_FT / scene->length_ft - 0.5;
     double to = (double)(segment + 1) * (double)MR_SEGMENT_LENGTH_FT / scene->length_ft - 0.5;
@@ -275,7 +275,7 @@ static size_t segment_joints(const struct sim_scene *scene, size_t segment, size
 
 static double segment_sum_in(const struct sim_scene *scene, size_t segment, const double *gap_ft)
 {
-    size_t first, count = segment_joints(scene, segment, &first);
+    size_t first, count = find_segment_joints(scene, segment, &first);
     double sum_in = 0.0;
     while (count-- > 0)
         sum_in += IN_PER_FT * fmax(gap_ft[first++], 0.0);
@@ -292,14 +292,13 @@ struct inputs {
     bool is_valid;
 };
 
-/* Factor between true and surveyed sums. All surveys have the same factor, because they use the
- * same gauge. Returns 1 without a survey. */
-static double gage_factor(const struct inputs *drawing)
+/* Factor between true and surveyed sums: the same in all surveys (one gauge); 1 without one. */
+static double survey_scale_factor(const struct inputs *inputs)
 {
-    const struct fit_landings *list = drawing->list;
+    const struct fit_landings *list = inputs->list;
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
         if (!isnan(list->landing[0].survey_in[s]))
-            return drawing->value[FIT_GAP] / list->parameter[FIT_GAP].value;
+            return inputs->value[FIT_GAP] / list->parameter[FIT_GAP].value;
     }
     return 1.0;
 }
@@ -309,24 +308,24 @@ static double survey_error_in(double own_in, const struct fit_landings *list)
     return own_in > 0.0 ? own_in : list->survey_error_in;
 }
 
-static void draw_gaps(const struct inputs *drawing, const struct fit_landing *landing)
+static void draw_gaps(const struct inputs *inputs, const struct fit_landing *landing)
 {
     const struct sim_scene *scene = &landing->scene;
-    double half_ft = gap_half_range_ft(drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
-    double gauge = gage_factor(drawing);
-    double error_in = survey_error_in(landing->before_error_in, drawing->list);
+    double half_ft = gap_half_range_ft(inputs->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
+    double gauge = survey_scale_factor(inputs);
+    double error_in = survey_error_in(landing->before_error_in, inputs->list);
     for (int j = 0; j <= scene->mats && !landing->is_consecutive; j++)
-        drawing->gap_ft[j] = draw_gap_ft(drawing->random, half_ft, scene->slack_ft);
+        inputs->gap_ft[j] = draw_gap_ft(inputs->random, half_ft, scene->slack_ft);
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
-        size_t first, count = segment_joints(scene, s, &first);
+        size_t first, count = find_segment_joints(scene, s, &first);
         if (isnan(landing->survey_in[s]) || count == 0)
             continue;
         double sum_in = gauge * landing->survey_in[s] +
-                        gsl_ran_gaussian_ziggurat(drawing->random, error_in);
-        scale_gaps(drawing->gap_ft + first, count, sum_in / IN_PER_FT, scene->slack_ft);
+                        gsl_ran_gaussian_ziggurat(inputs->random, error_in);
+        scale_gaps(inputs->gap_ft + first, count, sum_in / IN_PER_FT, scene->slack_ft);
         if (!landing->is_consecutive)
-            draw_gaps_with_sum(drawing->random, drawing->gap_ft + first, count,
-                               drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
+            draw_gaps_with_sum(inputs->random, inputs->gap_ft + first, count,
+                               inputs->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
     }
 }
 
@@ -338,7 +337,7 @@ static void draw_survey(const struct fit_landings *list, const struct fit_landin
     double half_ft = gap_half_range_ft(list->parameter[FIT_GAP].value / IN_PER_FT, scene->slack_ft);
     double error_in = survey_error_in(landing->before_error_in, list);
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
-        size_t first, count = segment_joints(scene, s, &first);
+        size_t first, count = find_segment_joints(scene, s, &first);
         sum_in[s] = gsl_ran_gaussian_ziggurat(random, error_in);
         for (size_t j = 0; j < count; j++)
             sum_in[s] += IN_PER_FT * draw_gap_ft(random, half_ft, scene->slack_ft);
@@ -361,23 +360,23 @@ struct outcome {
     const double *gap_ft; /* gaps of joints 0 to `mats` at the end */
 };
 
-static void set_statistics(const struct inputs *drawing, const struct fit_landing *landing,
+static void set_statistics(const struct inputs *inputs, const struct fit_landing *landing,
                            const struct outcome *outcome, double *statistic)
 {
     double gain[MR_TRANSDUCERS], baseline_in[MR_TRANSDUCERS];
     for (size_t c = 0; c < landing->channels; c++) {
-        gain[c] = 1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->channel[c].gain_error);
-        baseline_in[c] = gsl_ran_gaussian_ziggurat(drawing->random,
+        gain[c] = 1.0 + gsl_ran_gaussian_ziggurat(inputs->random, landing->channel[c].gain_error);
+        baseline_in[c] = gsl_ran_gaussian_ziggurat(inputs->random,
                                                    landing->channel[c].baseline_error_in);
     }
-    double after_error_in = survey_error_in(landing->after_error_in, drawing->list);
-    double gauge = gage_factor(drawing);
+    double after_error_in = survey_error_in(landing->after_error_in, inputs->list);
+    double gauge = survey_scale_factor(inputs);
     for (size_t w = 0; w < landing->window_count; w++) {
         const struct fit_window *window = &landing->window[w];
         if (window->channel == SIZE_MAX) {
             statistic[w] = segment_sum_in(&landing->scene, window->segment, outcome->gap_ft) /
                                gauge +
-                           gsl_ran_gaussian_ziggurat(drawing->random, after_error_in);
+                           gsl_ran_gaussian_ziggurat(inputs->random, after_error_in);
             continue;
         }
         size_t c = window->channel, from = (size_t)ceil(window->from_s / SAMPLE_DT_S),
@@ -387,33 +386,33 @@ static void set_statistics(const struct inputs *drawing, const struct fit_landin
         for (size_t k = from; k < to; k++)
             sum_in += IN_PER_FT * outcome->sample_u_ft[k * landing->channels + c];
         double noise_in = gsl_ran_gaussian_ziggurat(
-            drawing->random, landing->channel[c].noise_in / sqrt(window->valid_samples));
+            inputs->random, landing->channel[c].noise_in / sqrt(window->valid_samples));
         statistic[w] = asinh_in(gain[c] * sum_in / (double)(to - from) + baseline_in[c] + noise_in);
     }
 }
 
 /* Draws the ratio of the thrust on the mat strip to the thrust of the landing's path. */
-static double draw_thrust(const struct inputs *drawing, const struct fit_landing *landing)
+static double draw_thrust(const struct inputs *inputs, const struct fit_landing *landing)
 {
-    return drawing->value[FIT_THRUST_SHARE] *
-           (1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->thrust_error));
+    return inputs->value[FIT_THRUST_SHARE] *
+           (1.0 + gsl_ran_gaussian_ziggurat(inputs->random, landing->thrust_error));
 }
 
-/* Simulates one data set with host/sim, for scenes that parallel_can_run refuses. */
-static bool run_one(const struct inputs *drawing, const struct fit_landing *landing,
+/* Simulates one data set with host/sim, for scenes that parallel_is_supported refuses. */
+static bool run_one(const struct inputs *inputs, const struct fit_landing *landing,
                     const double *station_ft, double thrust, struct outcome *outcome)
 {
     struct sim_scene scene = landing->scene;
     struct sim_result result;
     struct error error = {0};
-    memcpy(drawing->path, scene.path, scene.path_count * sizeof *drawing->path);
+    memcpy(inputs->path, scene.path, scene.path_count * sizeof *inputs->path);
     for (size_t i = 0; i < scene.path_count; i++)
-        drawing->path[i].force_lb *= thrust;
-    scene.path = drawing->path;
-    scene.gap0_ft = (struct sim_list){drawing->gap_ft, (size_t)scene.mats + 1};
-    scene.grit_lb = (struct sim_list){drawing->grit_lb, (size_t)scene.mats + 1};
-    scene.friction = drawing->value[FIT_FRICTION];
-    scene.kl_lb_ft = drawing->value[FIT_STIFFNESS];
+        inputs->path[i].force_lb *= thrust;
+    scene.path = inputs->path;
+    scene.gap0_ft = (struct sim_list){inputs->gap_ft, (size_t)scene.mats + 1};
+    scene.grit_lb = (struct sim_list){inputs->grit_lb, (size_t)scene.mats + 1};
+    scene.friction = inputs->value[FIT_FRICTION];
+    scene.kl_lb_ft = inputs->value[FIT_STIFFNESS];
     struct sim_options options = {.solver = scene.model == SIM_MODEL_CHAIN ? "staggered" : NULL,
                                   .sample_dt_s = SAMPLE_DT_S,
                                   .station_ft = station_ft,
@@ -425,13 +424,13 @@ static bool run_one(const struct inputs *drawing, const struct fit_landing *land
         memcpy(outcome->sample_u_ft, result.sample_u_ft,
                outcome->samples * landing->channels * sizeof(double));
     for (int j = 0; good && j <= scene.mats; j++)
-        drawing->gap_ft[j] = fmax(result.gap_ft[j + 1], 0.0);
+        inputs->gap_ft[j] = fmax(result.gap_ft[j + 1], 0.0);
     sim_result_free(&result);
     return good;
 }
 
 /* Simulates `count` data sets in parallel. Unused lanes repeat the first data set. */
-static bool run_parallel(struct inputs *drawing, size_t count, const struct fit_landing *landing,
+static bool run_parallel(struct inputs *inputs, size_t count, const struct fit_landing *landing,
                          const double *station_ft, const double *thrust, double *spare_gap_ft,
                          struct outcome *outcome)
 {
@@ -439,29 +438,29 @@ static bool run_parallel(struct inputs *drawing, size_t count, const struct fit_
     size_t joints = (size_t)landing->scene.mats + 1;
     for (size_t k = 0; k < CHAINS_LANES; k++) {
         size_t of = k < count ? k : 0;
-        lane[k] = (struct parallel_lane){.gap_ft = drawing[of].gap_ft,
-                                         .grit_lb = drawing[of].grit_lb,
-                                         .friction = drawing[of].value[FIT_FRICTION],
-                                         .kl_lb_ft = drawing[of].value[FIT_STIFFNESS],
+        lane[k] = (struct parallel_lane){.gap_ft = inputs[of].gap_ft,
+                                         .grit_lb = inputs[of].grit_lb,
+                                         .friction = inputs[of].value[FIT_FRICTION],
+                                         .kl_lb_ft = inputs[of].value[FIT_STIFFNESS],
                                          .thrust_factor = thrust[of],
                                          .sample_u_ft = outcome[k].sample_u_ft};
         if (k >= count) {
-            memcpy(spare_gap_ft + k * joints, drawing[0].gap_ft, joints * sizeof(double));
+            memcpy(spare_gap_ft + k * joints, inputs[0].gap_ft, joints * sizeof(double));
             lane[k].gap_ft = spare_gap_ft + k * joints;
         }
     }
     bool good = parallel_run(&landing->scene, station_ft, landing->channels, SAMPLE_DT_S, lane);
     for (size_t k = 0; k < count; k++)
-        drawing[k].is_valid = drawing[k].is_valid && good && lane[k].is_valid;
+        inputs[k].is_valid = inputs[k].is_valid && good && lane[k].is_valid;
     return good;
 }
 
-static void simulate_landing(struct inputs *drawing, size_t count,
-                             const struct fit_landing *landing, double *statistic)
+static void simulate_landing(struct inputs *inputs, size_t count, const struct fit_landing *landing,
+                             double *statistic)
 {
     struct outcome outcome[CHAINS_LANES];
     double station_ft[MR_TRANSDUCERS], thrust[CHAINS_LANES];
-    size_t samples = parallel_samples(&landing->scene, SAMPLE_DT_S),
+    size_t samples = parallel_sample_count(&landing->scene, SAMPLE_DT_S),
            joints = (size_t)landing->scene.mats + 1, each = samples * landing->channels;
     double *room = xcalloc(CHAINS_LANES * (each + joints), sizeof *room);
     for (size_t c = 0; c < landing->channels; c++)
@@ -469,89 +468,89 @@ static void simulate_landing(struct inputs *drawing, size_t count,
     for (size_t k = 0; k < CHAINS_LANES; k++)
         outcome[k] = (struct outcome){.sample_u_ft = room + k * each, .samples = samples};
     for (size_t k = 0; k < count; k++) {
-        thrust[k] = draw_thrust(&drawing[k], landing);
-        draw_gaps(&drawing[k], landing);
-        outcome[k].gap_ft = drawing[k].gap_ft;
+        thrust[k] = draw_thrust(&inputs[k], landing);
+        draw_gaps(&inputs[k], landing);
+        outcome[k].gap_ft = inputs[k].gap_ft;
     }
-    if (parallel_can_run(&landing->scene)) {
-        run_parallel(drawing, count, landing, station_ft, thrust, room + CHAINS_LANES * each,
+    if (parallel_is_supported(&landing->scene)) {
+        run_parallel(inputs, count, landing, station_ft, thrust, room + CHAINS_LANES * each,
                      outcome);
     } else {
         for (size_t k = 0; k < count; k++)
-            drawing[k].is_valid = drawing[k].is_valid &&
-                                  run_one(&drawing[k], landing, station_ft, thrust[k], &outcome[k]);
+            inputs[k].is_valid = inputs[k].is_valid &&
+                                 run_one(&inputs[k], landing, station_ft, thrust[k], &outcome[k]);
     }
     for (size_t k = 0; k < count; k++) {
-        if (drawing[k].is_valid)
-            set_statistics(&drawing[k], landing, &outcome[k],
-                           statistic + k * drawing->list->statistics + landing->first_statistic);
+        if (inputs[k].is_valid)
+            set_statistics(&inputs[k], landing, &outcome[k],
+                           statistic + k * inputs->list->statistics + landing->first_statistic);
     }
     free(room);
 }
 
-/* Draws the closing resistances and allocates the arrays. Call end_drawing in every case. */
-static void begin_drawing(struct inputs *drawing, const struct fit_landings *list, const double *z,
-                          uint64_t draw)
+/* Draws the closing resistances and allocates the arrays. Call free_inputs in every case. */
+static void init_inputs(struct inputs *inputs, const struct fit_landings *list, const double *z,
+                        uint64_t draw)
 {
     size_t joints = 0, rows = 0;
-    *drawing =
+    *inputs =
         (struct inputs){.list = list, .is_valid = true, .random = gsl_rng_alloc(gsl_rng_taus2)};
     for (size_t l = 0; l < list->count; l++) {
         const struct sim_scene *scene = &list->landing[l].scene;
         joints = joints > (size_t)scene->mats + 1 ? joints : (size_t)scene->mats + 1;
         rows = rows > scene->path_count ? rows : scene->path_count;
     }
-    drawing->gap_ft = xcalloc(joints, sizeof(double));
-    drawing->grit_lb = xcalloc(joints, sizeof(double));
-    drawing->path = xcalloc(rows, sizeof *drawing->path);
-    gsl_rng_set(drawing->random, (unsigned long)(draw ^ draw >> 32) & 0xffffffffu);
-    fit_landings_values(list, z, drawing->value);
+    inputs->gap_ft = xcalloc(joints, sizeof(double));
+    inputs->grit_lb = xcalloc(joints, sizeof(double));
+    inputs->path = xcalloc(rows, sizeof *inputs->path);
+    gsl_rng_set(inputs->random, (unsigned long)(draw ^ draw >> 32) & 0xffffffffu);
+    fit_landings_values(list, z, inputs->value);
     for (size_t j = 0; j < joints; j++)
-        drawing->grit_lb[j] = 2.0 * drawing->value[FIT_GRIT] * gsl_rng_uniform(drawing->random);
+        inputs->grit_lb[j] = 2.0 * inputs->value[FIT_GRIT] * gsl_rng_uniform(inputs->random);
 }
 
-static void end_drawing(struct inputs *drawing)
+static void free_inputs(struct inputs *inputs)
 {
-    free(drawing->gap_ft);
-    free(drawing->grit_lb);
-    free(drawing->path);
-    gsl_rng_free(drawing->random);
+    free(inputs->gap_ft);
+    free(inputs->grit_lb);
+    free(inputs->path);
+    gsl_rng_free(inputs->random);
 }
 
 static void simulate(const void *context, size_t count, const double *z, const uint64_t *draw,
                      double *statistic, bool *good)
 {
     const struct fit_landings *list = context;
-    struct inputs drawing[FIT_BATCH_MAX];
+    struct inputs inputs[FIT_BATCH_MAX];
     enum fit_key key[FIT_KEYS];
-    size_t fitted = fit_landings_fitted(list, key);
+    size_t fitted = fit_landings_list_keys(list, key);
     for (size_t k = 0; k < count; k++)
-        begin_drawing(&drawing[k], list, z + k * fitted, draw[k]);
+        init_inputs(&inputs[k], list, z + k * fitted, draw[k]);
     for (size_t l = 0; l < list->count; l++)
-        simulate_landing(drawing, count, &list->landing[l], statistic);
+        simulate_landing(inputs, count, &list->landing[l], statistic);
     for (size_t k = 0; k < count; k++) {
-        good[k] = drawing[k].is_valid;
-        end_drawing(&drawing[k]);
+        good[k] = inputs[k].is_valid;
+        free_inputs(&inputs[k]);
     }
 }
 
 void fit_landings_sample_joints(const struct fit_landings *list, const double *z, uint64_t draw,
                                 struct sim_scene *scene, double *share)
 {
-    struct inputs drawing;
+    struct inputs inputs;
     size_t joints = (size_t)scene->mats + 1;
-    begin_drawing(&drawing, list, z, draw);
-    *share = draw_thrust(&drawing, &list->landing[0]);
-    draw_gaps(&drawing, &list->landing[0]);
-    sim_scene_set_list(&scene->gap0_ft, drawing.gap_ft, joints);
-    sim_scene_set_list(&scene->grit_lb, drawing.grit_lb, joints);
-    end_drawing(&drawing);
+    init_inputs(&inputs, list, z, draw);
+    *share = draw_thrust(&inputs, &list->landing[0]);
+    draw_gaps(&inputs, &list->landing[0]);
+    sim_scene_set_list(&scene->gap0_ft, inputs.gap_ft, joints);
+    sim_scene_set_list(&scene->grit_lb, inputs.grit_lb, joints);
+    free_inputs(&inputs);
 }
 
 struct fit_model fit_landings_model(const struct fit_landings *list)
 {
     enum fit_key key[FIT_KEYS];
-    return (struct fit_model){fit_landings_fitted(list, key), list->statistics, simulate, list};
+    return (struct fit_model){fit_landings_list_keys(list, key), list->statistics, simulate, list};
 }
 
 /* ---- landings ---- */
@@ -560,7 +559,7 @@ struct fit_model fit_landings_model(const struct fit_landings *list)
 #define MIN_WINDOW_S    0.01
 #define MIN_VALID_SHARE 0.5
 
-const struct fit_name fit_names[FIT_KEYS] = {
+const struct fit_parameter_name fit_parameter_names[FIT_KEYS] = {
     [FIT_GAP] = {"gap", "mean gap of the joints", UNIT_DISPLACEMENT},
     [FIT_GRIT] = {"grit", "mean closing resistance", UNIT_TENSION},
     [FIT_FRICTION] = {"f", "friction", UNIT_NUMBER},
@@ -596,7 +595,7 @@ void fit_landings_free(struct fit_landings *list)
 /* ---- measurements ---- */
 
 /* Time at which the wheel reaches a station; INFINITY: never; 0: the path begins beyond it. */
-static double reach_s(const struct sim_scene *scene, double x_ft)
+static double arrival_s(const struct sim_scene *scene, double x_ft)
 {
     const struct sim_path_row *row = scene->path;
     if (row[0].x_ft >= x_ft)
@@ -648,8 +647,9 @@ static void add_channel(struct fit_landing *landing, const struct fit_series *se
     landing->channel[channel].baseline_error_in = series->baseline_error_in;
     landing->channel[channel].gain_error = series->gain_error;
     for (size_t e = 0; e + 1 < WINDOW_EDGES; e++) {
-        double from_s = reach_s(&landing->scene, series->station_ft - edges_ft[e]);
-        double to_s = fmin(reach_s(&landing->scene, series->station_ft - edges_ft[e + 1]), stop_s);
+        double from_s = arrival_s(&landing->scene, series->station_ft - edges_ft[e]);
+        double to_s = fmin(arrival_s(&landing->scene, series->station_ft - edges_ft[e + 1]),
+                           stop_s);
         add_window(landing, series, channel, from_s, to_s, measured);
     }
     add_window(landing, series, channel, end_s - END_WINDOW_S, end_s, measured);
@@ -691,7 +691,7 @@ enum mr_status fit_landings_add(struct fit_landings *list, struct fit_landing *l
 
 /* ---- parameters ---- */
 
-size_t fit_landings_fitted(const struct fit_landings *list, enum fit_key key[FIT_KEYS])
+size_t fit_landings_list_keys(const struct fit_landings *list, enum fit_key key[FIT_KEYS])
 {
     size_t count = 0;
     for (enum fit_key k = 0; k < FIT_KEYS; k++) {

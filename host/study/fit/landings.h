@@ -37,10 +37,10 @@ struct fit_parameter {
     double value;
     double spread; /* standard deviation of the logarithm; 0.1 means 10 % */
 };
-extern const struct fit_name {
+extern const struct fit_parameter_name {
     const char *key, *description;
     enum unit_kind unit;
-} fit_names[FIT_KEYS];
+} fit_parameter_names[FIT_KEYS];
 
 /* Movement of a transducer from the baseline, inches; NaN: not valid. Sample i is at t0_s + i dt_s
  * since touchdown. */
@@ -107,7 +107,7 @@ enum mr_status fit_landings_add(struct fit_landings *list, struct fit_landing *l
 void fit_landings_free(struct fit_landings *list);
 
 /* Lists the fitted parameters in order. Returns their number. */
-size_t fit_landings_fitted(const struct fit_landings *list, enum fit_key key[FIT_KEYS]);
+size_t fit_landings_list_keys(const struct fit_landings *list, enum fit_key key[FIT_KEYS]);
 /* Computes the values of all parameters from z. */
 void fit_landings_values(const struct fit_landings *list, const double *z, double value[FIT_KEYS]);
 /* Returns the fit.h model of this list. The list must not change while the model is used. */
@@ -136,7 +136,7 @@ struct parallel_lane {
 
 /* Returns true if the parallel simulation supports the scene: only mats, slack, grit, dry friction
  * under the weight of the mats, fixed ends, and a path whose thrust jumps from mat to mat. */
-bool parallel_can_run(const struct sim_scene *scene);
+bool parallel_is_supported(const struct sim_scene *scene);
 
 /* Misfit: a posterior predictive check that shows whether the fitted model can explain the data.
  *
