@@ -18,8 +18,7 @@ double mr_gates_student_factor(unsigned freedom)
     return freedom <= known ? student_t_975[freedom - 1] / 1.96 : 1.0 + 1.37 / (double)freedom;
 }
 
-/* Chebyshev polynomials T_0 to T_order of scaled time and two derivatives by time: 1, 1/s,
- * 1/s^2. */
+/* Chebyshev polynomials T_0 to T_order of scaled time, two derivatives by time: 1, 1/s, 1/s^2. */
 struct basis {
     double value[TERM_COUNT];
     double first_derivative[TERM_COUNT];
@@ -64,7 +63,7 @@ static double add_in_quadrature(double a, double b)
     return sqrt(a * a + b * b);
 }
 
-static double evaluate_fit(const struct mr_gates_fit *fit, const double *terms)
+static double fit_value(const struct mr_gates_fit *fit, const double *terms)
 {
     double sum = 0.0;
     for (unsigned k = 0; k <= fit->degree; k++)
@@ -173,11 +172,10 @@ enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned 
     for (size_t g = 0; g < count; g++) {
         double value[TERM_COUNT];
         compute_values(fit, scale_time(fit, gates[g].t_s), value);
-        double residual = gates[g].station_ft - evaluate_fit(fit, value);
+        double residual = gates[g].station_ft - fit_value(fit, value);
         squares += residual * residual;
     }
     fit->residual_ft = count > terms ? sqrt(squares / (double)(count - terms)) : 0.0;
-
     double deviation = position_error_ft;
     if (count > terms && squares > mr_chi_square_limit((unsigned)count - terms, MR_SIGMA_1_IN_100) *
                                        deviation * deviation)
@@ -216,14 +214,14 @@ void mr_gates_motion_at_time(const struct mr_gates_fit *fit, double t_s,
     struct basis basis;
     compute_basis(fit, t_s, &basis);
     motion->t_s = t_s;
-    motion->position_ft = (struct mr_estimate){evaluate_fit(fit, basis.value),
+    motion->position_ft = (struct mr_estimate){fit_value(fit, basis.value),
                                                compute_standard_error(fit, basis.value)};
-    motion->speed_ft_s = (struct mr_estimate){evaluate_fit(fit, basis.first_derivative),
+    motion->speed_ft_s = (struct mr_estimate){fit_value(fit, basis.first_derivative),
                                               compute_standard_error(fit, basis.first_derivative)};
     motion->deceleration_ft_s2 = (struct mr_estimate){(double)NAN, (double)NAN};
     if (fit->degree >= 2)
         motion->deceleration_ft_s2 =
-            (struct mr_estimate){-evaluate_fit(fit, basis.second_derivative),
+            (struct mr_estimate){-fit_value(fit, basis.second_derivative),
                                  compute_standard_error(fit, basis.second_derivative)};
 }
 
@@ -301,15 +299,13 @@ static bool find_crossing(const struct mr_gates_fit *fit, bool speed, double sig
         double mid_s = 0.5 * (low_s + high_s);
         compute_basis(fit, mid_s, &basis);
         double excess = sign *
-                        (evaluate_fit(fit, speed ? basis.first_derivative : basis.value) - target);
+                        (fit_value(fit, speed ? basis.first_derivative : basis.value) - target);
         if (i == 0) {
             struct basis low, high;
             compute_basis(fit, low_s, &low);
             compute_basis(fit, high_s, &high);
-            if (sign * (evaluate_fit(fit, speed ? low.first_derivative : low.value) - target) >
-                    0.0 ||
-                sign * (evaluate_fit(fit, speed ? high.first_derivative : high.value) - target) <
-                    0.0)
+            if (sign * (fit_value(fit, speed ? low.first_derivative : low.value) - target) > 0.0 ||
+                sign * (fit_value(fit, speed ? high.first_derivative : high.value) - target) < 0.0)
                 return false;
         }
         if (excess < 0.0)
@@ -326,11 +322,9 @@ enum mr_status mr_gates_motion_at_station(const struct mr_gates_fit *fit, double
 {
     double first_s = fit->mid_time_s - fit->half_span_s,
            last_s = fit->mid_time_s + fit->half_span_s;
-    double margin_s = 3.0 * fit->half_span_s / (double)(fit->count - 1);
-    double t_s;
+    double margin_s = 3.0 * fit->half_span_s / (double)(fit->count - 1), t_s;
     struct basis basis;
     double gradient[TERM_COUNT];
-
     if (!find_crossing(fit, false, 1.0, station_ft, first_s - (beyond_last ? 0.0 : margin_s),
                        last_s + (beyond_last ? margin_s : 0.0), &t_s))
         return MR_NUMERICS;
@@ -341,7 +335,7 @@ enum mr_status mr_gates_motion_at_station(const struct mr_gates_fit *fit, double
     double speed_ft_s = motion->speed_ft_s.value;
     for (unsigned k = 0; k <= fit->degree; k++)
         gradient[k] = basis.first_derivative[k] -
-                      evaluate_fit(fit, basis.second_derivative) * basis.value[k] / speed_ft_s;
+                      fit_value(fit, basis.second_derivative) * basis.value[k] / speed_ft_s;
     motion->speed_ft_s.error = compute_standard_error(fit, gradient);
     return MR_OK;
 }

@@ -117,7 +117,7 @@ double mr_gates_student_factor(unsigned freedom);
  *
  * Touchdown: uniform braking is fitted to the gates on the track and to as many of the first
  * MR_GATES_END_MAX gates beyond touchdown as it fits. If it fits none of them, two gates on the
- * track give the speed, which is constant there (report 2.4); without such gates, a polynomial
+ * track give the speed, which is assumed constant there; without such gates, a polynomial
  * (mr_gates_fit_best) is extrapolated back and corrected for the delay of the brake.
  *
  * Stop: the deceleration at the end is taken as constant. A parabola through as many of the last
@@ -136,7 +136,7 @@ enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, dou
 /* Braking: the motion of a landing with uniform braking, fitted to all its gates at once, and the
  * gates that contradict this motion.
  *
- * Model: the gear runs on the track at constant speed v (report 2.4) and touches down at a known
+ * Model: the gear runs on the track at an assumed constant speed v and touches down at a known
  * station at time T. The deceleration then rises to its final value a over the time 2 d, following
  * 3 u^2 - 2 u^3, and stays at a. After the rise, s seconds after touchdown, the gear is behind an
  * unbraked one by a ((s - d)^2 + k d^2) / 2. Unknowns are T, v, a, the delay d and the shape k (1/3

@@ -11,8 +11,9 @@
 #include "host/base/error.h"
 #include "host/base/statistics.h"
 
-#define RIG_RUNWAY_FT 120.0 /* length of the model mat (1973 report, section 2.1) */
-#define RIG_MATS      420.0
+#define RIG_RUNWAY_FT       120.0 /* length of the model mat (1973 report, section 2.6) */
+#define RIG_RUNWAY_WIDTH_FT 14.0
+#define RIG_MATS            420.0
 
 /* Predicts y in the next landing, for x = `at`, from a line through y over x (with `squared`,
  * through y^2 over x). y^2 is for the touchdown speed as a function of release height: the track

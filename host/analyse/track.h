@@ -13,7 +13,7 @@
  * derivatives of the same estimate.
  *
  * Cubics connect the estimate to touchdown and stop at both ends, where its error changes gradually
- * to theirs. Before touchdown the speed is constant (report 2.4), back to the first edge; after the
+ * to theirs. Before touchdown the speed is assumed constant, back to the first edge; after the
  * stop the gear is at rest. Pure functions. */
 #ifndef MATRIG_HOST_ANALYSE_TRACK_H
 #define MATRIG_HOST_ANALYSE_TRACK_H

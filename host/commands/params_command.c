@@ -595,7 +595,8 @@ static const struct command_part parts[] = {
               "force_lb, stretch_in: gives KL\n  hinge       lists angle_deg, moment_ft_lb [, "
               "strip_in, joint_in]: gives KT and TAD_deg\n              (leave out readings within "
               "the free travel: they are refused)\n  pull        pull_lb, weight_lb: gives f\n  "
-              "deflection  load_lb, deflection_in [, mats]: gives KV\n  plate       lists load_lb, "
+              "deflection  load_lb of one axle, deflection_in [, mats]: gives KV\n  plate       "
+              "lists load_lb, "
               "settlement_in; plate_in (diameter), mat_length_ft, mat_width_ft: gives KV\n  "
               "subgrade    records (a campaign with plate tests by station, see matrig record), "
               "mats, mat_length_ft,\n              mat_width_ft: gives KV along the runway"),

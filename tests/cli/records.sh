@@ -258,6 +258,8 @@ no such landing: RUN 9|conditions 9
 out of range: 421 for mat; allowed: 1 to 420|mat 421 joint_lb_in=12
 out of range: 0 for joint|joint 0 stop_deg=3
 out of range: 130 for station_ft; allowed: 0 to 120 ft|subgrade 130 cbr_percent=12
+out of range: 9 for left_of_center_ft; allowed: -7 to 7 ft|conditions 1 left_of_center_ft=9
+out of range: 66 for width_ft; allowed: 0 to 14 ft|damage 1 what=weld width_ft=66
 out of range: 121 for station_ft|damage 1 station_ft=121
 no value|mat 5 joint_lb_in=
 wrong record of damage: what is missing; give what=KIND|damage 1 station_ft=88
