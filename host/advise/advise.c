@@ -47,7 +47,7 @@ static const struct history_landing *find_last_measured(const struct history *hi
 
 /* Applies the repairs that were made after RUN `from` and before RUN `to`: new joints are drawn for
  * the repaired mats. */
-static void apply_joint_repairs(struct advise *advise, int64_t from, int64_t to)
+static void redraw_repaired_joints(struct advise *advise, int64_t from, int64_t to)
 {
     const struct history *history = &advise->history;
     const double mat_ft = (double)history->runway.chain.mat_length_ft,
@@ -79,7 +79,7 @@ static enum mr_status update_ensemble(struct advise *advise, struct error *error
         progress_set(advise->progress, "%zu of %zu landings processed", i, history->landing_count);
         if (landing->is_relaid)
             advise_redraw_all_joints(&advise->members);
-        apply_joint_repairs(advise, i ? landing[-1].run : 0, landing->run);
+        redraw_repaired_joints(advise, i ? landing[-1].run : 0, landing->run);
         if (!landing->is_measured) {
             advise->skipped_landing_count++;
             continue;
@@ -92,7 +92,7 @@ static enum mr_status update_ensemble(struct advise *advise, struct error *error
     }
     if (history->is_relaid_since_landing)
         advise_redraw_all_joints(&advise->members);
-    apply_joint_repairs(
+    redraw_repaired_joints(
         advise, history->landing_count ? history->landing[history->landing_count - 1].run : 0,
         advise->request.before_run ? advise->request.before_run : history->newest_run + 1);
     advise_apply_survey(&advise->members, history->segment_sum_in, history->survey_error_in);
@@ -440,7 +440,7 @@ static void format_bound(const struct advise_limit_crossing *reach, enum unit_ki
 
 /* Returns the subject of the sentence that explains why no braking can be recommended. Braking that
  * stops the gear before the closed mats is not recommended. */
-static const char *get_no_braking_reason(const struct advise *advise)
+static const char *get_no_braking_subject(const struct advise *advise)
 {
     return isfinite(advise->stop_short_braking_ft_s2) ? "no gentler braking" : "no rate of braking";
 }
@@ -451,7 +451,7 @@ static void set_action_text(struct advise *advise, bool si)
     char speed[UNIT_TEXT_SIZE], slowest[UNIT_TEXT_SIZE], braking[UNIT_TEXT_SIZE],
         from[UNIT_TEXT_SIZE], least[UNIT_TEXT_SIZE], brake[3 * UNIT_TEXT_SIZE],
         land[3 * UNIT_TEXT_SIZE];
-    const char *none = get_no_braking_reason(advise);
+    const char *none = get_no_braking_subject(advise);
     const double percent = 100.0 * advise->request.risk_limit,
                  min_ft_s2 = get_min_braking_ft_s2(advise);
     unit_value_text(UNIT_DECELERATION, si, min_ft_s2, 1, least);
@@ -794,7 +794,7 @@ void advise_to_answer(const struct advise *advise, struct answer *answer)
     if (isnan(advise->max_braking.value))
         answer_append_remark(
             answer, "; %s keeps the risks of a zone and of rolling off the end below %.0f %%",
-            get_no_braking_reason(advise), 100.0 * advise->request.risk_limit);
+            get_no_braking_subject(advise), 100.0 * advise->request.risk_limit);
     else
         answer_append_remark(
             answer,

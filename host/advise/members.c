@@ -717,7 +717,8 @@ static void members_from_state(struct advise_members *members, const struct assi
     }
 }
 
-static bool has_member_diverged(const struct advise_members *members, const struct assimilation *l)
+static bool has_any_member_diverged(const struct advise_members *members,
+                                    const struct assimilation *l)
 {
     for (size_t m = 0; m < members->member_count; m++) {
         if (l->outcome[m].has_diverged)
@@ -729,7 +730,8 @@ static bool has_member_diverged(const struct advise_members *members, const stru
 static bool run_smoother_pass(struct advise_members *members,
                               const struct advise_observation *observation, struct assimilation *l)
 {
-    if (!advise_simulate(members, l->braking, false, l->outcome) || has_member_diverged(members, l))
+    if (!advise_simulate(members, l->braking, false, l->outcome) ||
+        has_any_member_diverged(members, l))
         return false;
     members_to_state(members, l);
     set_assimilated_readings(members, observation, l);
@@ -775,7 +777,7 @@ bool advise_update(struct advise_members *members, const struct advise_observati
     if (good)
         restore_spread(members, &assimilation, was);
     good = good && advise_simulate(members, assimilation.braking, true, assimilation.outcome) &&
-           !has_member_diverged(members, &assimilation);
+           !has_any_member_diverged(members, &assimilation);
     members->update_count += good;
     assimilation_free(&assimilation);
     return good;

@@ -124,11 +124,11 @@ static int compare_one_landing(struct store *store, const struct request *reques
     return print_verdict(&verdict, answer, cli);
 }
 
-static void show_progress(void *ctx, size_t done, size_t of)
+static void show_progress(void *ctx, size_t done, size_t total)
 {
     const struct cli *cli = ctx;
     if (!cli->quiet && cli_is_stderr_terminal())
-        fprintf(stderr, "\r%zu of %zu landings%s", done, of, done == of ? "\n" : "");
+        fprintf(stderr, "\r%zu of %zu landings%s", done, total, done == total ? "\n" : "");
 }
 
 static int compare_all_landings(struct store *store, const struct request *request,

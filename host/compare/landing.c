@@ -694,7 +694,7 @@ static enum mr_status compare_series_landing_run(struct store *store, struct com
 
 enum mr_status compare_series_run(struct store *store, const char *name,
                                   struct compare_model *model,
-                                  void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
+                                  void (*progress)(void *ctx, size_t done, size_t total), void *ctx,
                                   struct compare_series *set, struct error *error)
 {
     int64_t *runs = NULL;

@@ -146,7 +146,7 @@ struct compare_series {
  * caller frees `set`, also after an error. */
 enum mr_status compare_series_run(struct store *store, const char *name,
                                   struct compare_model *model,
-                                  void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
+                                  void (*progress)(void *ctx, size_t done, size_t total), void *ctx,
                                   struct compare_series *set, struct error *error);
 void compare_series_free(struct compare_series *set);
 

@@ -211,7 +211,7 @@ struct ensemble_work {
     const struct landing_series *series;
     struct series_run *runs;
     atomic_size_t started_run_count, completed_run_count;
-    void (*progress)(void *ctx, size_t done, size_t of);
+    void (*progress)(void *ctx, size_t done, size_t total);
     void *ctx;
 };
 
@@ -231,7 +231,7 @@ static void simulate_runs(void *context, size_t from, size_t every)
 }
 
 void series_simulate_all(const struct landing_series *series, unsigned jobs,
-                         void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
+                         void (*progress)(void *ctx, size_t done, size_t total), void *ctx,
                          struct series_run *runs)
 {
     struct ensemble_work work = {.series = series, .runs = runs, .progress = progress, .ctx = ctx};

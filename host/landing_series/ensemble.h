@@ -92,7 +92,7 @@ void series_compute_errors(const struct landing_series *series, struct series_ru
  * `progress` at intervals; NULL: no calls. A runway that fails stores its error; the others are
  * still simulated. */
 void series_simulate_all(const struct landing_series *series, unsigned jobs,
-                         void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
+                         void (*progress)(void *ctx, size_t done, size_t total), void *ctx,
                          struct series_run *runs);
 
 /* Random draws: the values of a seed for the ranges of a series, and the path of a landing. Streams

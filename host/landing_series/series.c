@@ -17,17 +17,17 @@
 
 /* Reader of keys. An error names the file, the object (`where`, "" at the top level) and the key.
  * After the first error all functions do nothing. An absent key does not change its value. */
-struct keys {
+struct key_reader {
     const char *path;
     struct error *error;
 };
 
-static bool has_key_error(const struct keys *keys)
+static bool has_key_error(const struct key_reader *keys)
 {
     return keys->error->status != MR_OK;
 }
 
-static void refuse_key(const struct keys *keys, const char *where, const char *key,
+static void refuse_key(const struct key_reader *keys, const char *where, const char *key,
                        const char *wanted)
 {
     error_set(keys->error, MR_MALFORMED, "wrong value: %s: %s%s%s; give %s", keys->path, where,
@@ -93,7 +93,7 @@ static void format_expected(const struct series_key *key, char out[300])
 
 /* Reads an object with `count` known keys. Also accepts comments and the keys in `others`, which
  * another function reads. */
-static void read_object(const struct keys *r, const char *where, const json_t *object,
+static void read_object(const struct key_reader *r, const char *where, const json_t *object,
                         const struct series_key *keys, size_t count, const char *const *others,
                         void *base)
 {
@@ -200,7 +200,7 @@ json_t *series_key_to_json(const struct series_key *key, const struct landing_se
     return json_string(key->choices[choice]);
 }
 
-static void read_sections(const struct keys *r, const json_t *root, struct landing_series *c)
+static void read_sections(const struct key_reader *r, const json_t *root, struct landing_series *c)
 {
     static const char *const none[] = {NULL};
     for (size_t i = 0, count; i < series_key_count && !has_key_error(r); i += count) {
@@ -213,7 +213,7 @@ static void read_sections(const struct keys *r, const json_t *root, struct landi
     }
 }
 
-static void read_seeds(const struct keys *r, const json_t *root, struct landing_series *c)
+static void read_seeds(const struct key_reader *r, const json_t *root, struct landing_series *c)
 {
     const json_t *seeds = json_object_get(root, "seeds");
     double first = 1.0, last = 16.0;
@@ -235,7 +235,7 @@ static void read_seeds(const struct keys *r, const json_t *root, struct landing_
     c->seed_count = (size_t)(last - first) + 1;
 }
 
-static void read_stations(const struct keys *r, const json_t *root, struct landing_series *c)
+static void read_stations(const struct key_reader *r, const json_t *root, struct landing_series *c)
 {
     const json_t *list = json_object_get(root, "stations_ft");
     struct quantity_error wrong;
@@ -255,7 +255,7 @@ static void read_stations(const struct keys *r, const json_t *root, struct landi
     }
 }
 
-static void read_profile(const struct keys *r, const char *where, const json_t *list,
+static void read_profile(const struct key_reader *r, const char *where, const json_t *list,
                          struct series_landing *landing)
 {
     landing->profile_count = json_array_size(list);
@@ -279,8 +279,8 @@ static void read_profile(const struct keys *r, const char *where, const json_t *
 }
 
 /* Applies the changes of a landing to the keys of the scene. */
-static bool apply_scene_changes(const struct keys *r, const char *where, const json_t *landing,
-                                json_t *now)
+static bool apply_scene_changes(const struct key_reader *r, const char *where,
+                                const json_t *landing, json_t *now)
 {
     json_t *apply = json_object_get(landing, "apply");
     if (apply && !json_is_object(apply))
@@ -290,7 +290,7 @@ static bool apply_scene_changes(const struct keys *r, const char *where, const j
 }
 
 /* Reads the scene of the runway before a landing. */
-static void read_scene(const struct keys *r, const char *where, const json_t *now,
+static void read_scene(const struct key_reader *r, const char *where, const json_t *now,
                        struct sim_scene *scene)
 {
     char scene_where[700];
@@ -298,8 +298,8 @@ static void read_scene(const struct keys *r, const char *where, const json_t *no
     sim_scene_from_json(scene, scene_where, (json_t *)now, r->error);
 }
 
-static void read_landing(const struct keys *r, const char *where, const json_t *entry, json_t *now,
-                         struct series_landing *landing)
+static void read_landing(const struct key_reader *r, const char *where, const json_t *entry,
+                         json_t *now, struct series_landing *landing)
 {
     static const char *const others[] = {"profile", "apply", NULL};
     read_object(r, where, entry, landing_keys, COUNT_OF(landing_keys), others, landing);
@@ -324,7 +324,7 @@ static void read_landing(const struct keys *r, const char *where, const json_t *
 }
 
 /* Refuses keys that the simulation sets for each landing. */
-static void check_scene(const struct keys *r, const json_t *scene)
+static void check_scene(const struct key_reader *r, const json_t *scene)
 {
     static const char *const own[] = {"model", "path",    "gap0",    "grit",  "ground",
                                       "bump",  "t_dwell", "tend",    "t_out", "Vac",
@@ -340,7 +340,7 @@ static void check_scene(const struct keys *r, const json_t *scene)
     }
 }
 
-static void read_landings(const struct keys *r, const json_t *root, const json_t *scene,
+static void read_landings(const struct key_reader *r, const json_t *root, const json_t *scene,
                           struct landing_series *c)
 {
     const json_t *list = json_object_get(root, "landings"), *entry;
@@ -380,7 +380,7 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
     json_decref(now);
 }
 
-static void check_same_runway(const struct keys *r, const struct landing_series *c)
+static void check_same_runway(const struct key_reader *r, const struct landing_series *c)
 {
     const struct sim_scene *first = &c->landings[0].scene;
     for (size_t i = 1; i < c->landing_count && !has_key_error(r); i++) {
@@ -439,7 +439,7 @@ static json_t *load_json_object(const char *file, const json_t *root, const char
 
 json_t *series_get_elastic_ground_json(const char *file, const json_t *root, struct error *error)
 {
-    const struct keys r = {file, error};
+    const struct key_reader r = {file, error};
     json_t *elastic = load_json_object(file, root, "elastic", error);
     if (elastic && !has_key_error(&r) && !json_is_object(elastic))
         refuse_key(&r, "", "elastic", "an object of scene keys, or the name of a file of them");
@@ -448,7 +448,7 @@ json_t *series_get_elastic_ground_json(const char *file, const json_t *root, str
 
 json_t *series_get_scene_json(const char *file, const json_t *root, struct error *error)
 {
-    const struct keys r = {file, error};
+    const struct key_reader r = {file, error};
     const char *ground = json_string_value(json_object_get(root, "ground"));
     json_t *scene = load_json_object(file, root, "scene", error);
     if (!scene || !ground || strcmp(ground, "elastic") != 0)
@@ -467,7 +467,7 @@ json_t *series_get_scene_json(const char *file, const json_t *root, struct error
     return both;
 }
 
-static void read_root(const struct keys *r, const json_t *root, struct landing_series *c)
+static void read_root(const struct key_reader *r, const json_t *root, struct landing_series *c)
 {
     static const char *const others[] = {"scene", "runway",      "aircraft", "engine", "landings",
                                          "seeds", "stations_ft", "elastic",  NULL};
@@ -491,7 +491,7 @@ static void read_root(const struct keys *r, const json_t *root, struct landing_s
 enum mr_status series_from_json(struct landing_series *c, const char *where, const json_t *root,
                                 struct error *error)
 {
-    const struct keys r = {where, error};
+    const struct key_reader r = {where, error};
     /* defaults in model scale, from the standard series (README.md, "Calibration") */
     *c = (struct landing_series){
         .gap_in = {0.0, 0.036},

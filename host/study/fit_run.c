@@ -310,11 +310,11 @@ static struct answer *describe_fit(const struct fit_landings *list, const struct
     answer_append_remark(answer, " data sets in %u rounds%s", fit->round_count,
                          fit->failed_draw_count ? "; some data sets failed" : "");
     answer_add_count(answer, "rounds", NULL, fit->round_count);
-    answer_add_flag(answer, "stopped", NULL, fit->not_converged);
+    answer_add_flag(answer, "stopped", NULL, fit->has_not_converged);
     answer_add_flag(answer, "intervals_trusted", NULL, misfit->is_checked && !misfit->is_rejected);
     add_parameters(answer, list, fit, misfit);
     add_correlations(answer, list, fit);
-    if (fit->not_converged)
+    if (fit->has_not_converged)
         answer_add_sentence(answer, NULL,
                             "the fit did not converge in %u rounds: give narrower priors",
                             fit->round_count);
@@ -473,9 +473,9 @@ static enum mr_status fit_write_plot(const struct fit_landings *list,
     return plot_write(plot, path, error);
 }
 
-static void show_progress(void *progress, unsigned round, size_t done, size_t of)
+static void show_progress(void *progress, unsigned round, size_t done, size_t total)
 {
-    progress_set(progress, "round %u is at %zu of %zu data sets", round + 1, done, of);
+    progress_set(progress, "round %u is at %zu of %zu data sets", round + 1, done, total);
 }
 
 int fit_command(int argc, char **argv, const struct cli *cli)

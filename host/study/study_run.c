@@ -10,9 +10,9 @@
 #include "host/commands/studies.h"
 #include "host/commands/commands.h"
 
-static void show_progress(void *ctx, size_t done, size_t of)
+static void show_progress(void *ctx, size_t done, size_t total)
 {
-    progress_set(ctx, "%zu of %zu runways done", done, of);
+    progress_set(ctx, "%zu of %zu runways done", done, total);
 }
 
 /* Largest number of landings in the plot; if there are more, every n-th is plotted */

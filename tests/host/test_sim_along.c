@@ -116,7 +116,7 @@ static void march(const struct sim_scene *scene, double z[], size_t count)
     memset(&error, 0, sizeof error);
     assert_int_equal(planar_engine_make(&l, scene, NULL, &error), MR_OK);
     sim_record_make(&march.record, scene, &options);
-    planar_pass_run(&l, &march, &options);
+    planar_engine_run(&l, &march, &options);
     memcpy(z, l.z, count * sizeof *z);
     sim_record_free(&march.record);
     free(march.mods);

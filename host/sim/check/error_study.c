@@ -38,7 +38,7 @@
 #define MIN_STEPS               20.0
 #define RK4_MAT_STEPS_MAX       6e7 /* largest product of steps and mats of a run of rk4 */
 /* Steps beyond the stability limit, divided by the limit. */
-static const double steps_beyond_limit[] = {1.12, 1.05};
+static const double unstable_step_ratios[] = {1.12, 1.05};
 
 /* The slope of the error is fitted to errors that are at least SLOPE_ERROR_MIN_RATIO times the
  * difference of the references and at most SLOPE_ERROR_MAX_SHARE times the peak. The largest of
@@ -311,10 +311,10 @@ static enum mr_status run_fixed_steps(struct error_study *study, const struct re
                  end_s / limit_s);
         return MR_OK;
     }
-    for (size_t i = 0; i < sizeof steps_beyond_limit / sizeof steps_beyond_limit[0] &&
+    for (size_t i = 0; i < sizeof unstable_step_ratios / sizeof unstable_step_ratios[0] &&
                        limit_s < end_s / MIN_STEPS;
          i++) {
-        request.dt_s = steps_beyond_limit[i] * limit_s;
+        request.dt_s = unstable_step_ratios[i] * limit_s;
         if (measure_run(study, reference, scene, &request, error) != MR_OK)
             return error->status;
     }

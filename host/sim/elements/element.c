@@ -6,7 +6,7 @@
 ELEMENT_TABLE(ELEMENT_NAME)
 
 #define ELEMENT_ADDRESS(name) &element_##name,
-static const struct element *const table[] = {ELEMENT_TABLE(ELEMENT_ADDRESS)};
+static const struct element *const element_table[] = {ELEMENT_TABLE(ELEMENT_ADDRESS)};
 
 #define ELEMENT_KEY(name) &element_##name.key,
 const struct sim_key *const sim_element_keys[] = {ELEMENT_TABLE(ELEMENT_KEY)};
@@ -16,8 +16,8 @@ struct element_set element_set_from_scene(const struct sim_scene *scene)
 {
     struct element_set set = {0};
     for (int i = 0; i < ELEMENT_COUNT; i++) {
-        if (scene->element_values[i] > 0.0 && !table[i]->has_memory) {
-            set.element[set.count] = table[i];
+        if (scene->element_values[i] > 0.0 && !element_table[i]->has_memory) {
+            set.element[set.count] = element_table[i];
             set.value[set.count++] = scene->element_values[i];
         }
     }
@@ -61,7 +61,7 @@ void element_describe(const struct sim_scene *scene, struct sim_result *result)
 {
     for (int i = 0; i < ELEMENT_COUNT; i++) {
         if (scene->element_values[i] > 0.0)
-            table[i]->describe(scene->element_values[i], result);
+            element_table[i]->describe(scene->element_values[i], result);
     }
 }
 

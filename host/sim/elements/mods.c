@@ -213,7 +213,7 @@ static void slide_connections(const struct mods *m, struct mods_bands *b)
 /* Loads the rivets near the wheel: it tilts a riveted mat by band_tilt against the band on both
  * sides, which pulls the rivets perpendicular to the mat. A rivet whose hole is worn by slip has
  * less strength. */
-static void load_rivets(struct mods_bands *b, const struct sim_touch *touch, int count)
+static void update_rivet_loads(struct mods_bands *b, const struct sim_touch *touch, int count)
 {
     const struct sim_bands *s = b->scene_bands;
     int first = b->connection_mat[0];
@@ -296,7 +296,7 @@ void mods_apply_bands(struct mods *m, const struct mods_view *view, const struct
         for (int i = 0; view && i < b->segment_count; i++)
             b->tension_lb[i] = unclipped_tension_lb(m, b, view, i);
         if (view && b->scene_bands->rivet_pull_lb < HUGE_VAL)
-            load_rivets(b, touch, count);
+            update_rivet_loads(b, touch, count);
         slide_connections(m, b);
         update_extremes(m, b);
     }
@@ -586,7 +586,7 @@ static double joint_opening_ft(const struct mods *m, const struct mods_view *vie
            view_u_ft(view, m->mats, j - 1);
 }
 
-static void load_absorbers(struct mods *m, const struct mods_view *view, int first, int last)
+static void update_absorber_loads(struct mods *m, const struct mods_view *view, int first, int last)
 {
     struct restraints *r = &m->restraint[SIM_ABSORBERS];
     for (int i = 0; i < r->count; i++) {
@@ -615,7 +615,7 @@ void mods_add_joint_forces(struct mods *m, const struct mods_view *view, int fir
                 m->spring_lb_ft[j], cap_lb, joint_opening_ft(m, view, j), &m->spring_gap_ft[j]);
         }
     }
-    load_absorbers(m, view, first, last);
+    update_absorber_loads(m, view, first, last);
 }
 
 bool mods_is_torn(const struct mods *m, int joint)
@@ -731,7 +731,7 @@ static int find_segment_over_joint(const struct mods_bands *b, int j)
 
 /* Adds the forces of a band that follows the mats. At a crest it presses down with T times the
  * change of angle: 2 T h/L for a wave of two mats. */
-static void press_crests(const struct mods_bands *b, const struct mods_heaving_part *h)
+static void add_crest_forces(const struct mods_bands *b, const struct mods_heaving_part *h)
 {
     for (int j = h->first + 1; j <= h->last; j++) {
         double kink = mat_height_slope(h, j) - mat_height_slope(h, j - 1);
@@ -757,7 +757,7 @@ static double height_at_ft(const struct mods_heaving_part *h, double at)
     return at > node ? 0.5 * (left_ft + node_height_ft(h, node + 1)) : left_ft;
 }
 
-static void press_node(const struct mods_heaving_part *h, double at, double down_lb)
+static void add_node_force(const struct mods_heaving_part *h, double at, double down_lb)
 {
     int node = (int)floor(at);
     bool middle = at > node;
@@ -774,8 +774,8 @@ static double height_slope_between(const struct mods_heaving_part *h, double fro
 
 /* Adds the forces of a band that is free between its rivets. The band takes the shortest path over
  * the nodes between the rivets. */
-static void press_nodes_under_band(const struct mods *m, const struct mods_bands *b,
-                                   const struct mods_heaving_part *h, int segment)
+static void add_band_node_forces(const struct mods *m, const struct mods_bands *b,
+                                 const struct mods_heaving_part *h, int segment)
 {
     double t_lb = group_tension_lb(b, segment), *line = m->hull_points;
     double from = segment > 0 ? b->connection_mat[segment - 1] - 0.5 : 0.0;
@@ -795,14 +795,14 @@ static void press_nodes_under_band(const struct mods *m, const struct mods_bands
     }
     for (int i = 0; i + 1 < count; i++) {
         double pulled_lb = t_lb * height_slope_between(h, line[i], line[i + 1]);
-        press_node(h, line[i], -pulled_lb);
-        press_node(h, line[i + 1], pulled_lb);
+        add_node_force(h, line[i], -pulled_lb);
+        add_node_force(h, line[i + 1], pulled_lb);
     }
 }
 
 /* Adds the forces of tie-downs, which act on the middles of their mats. Their speeds are computed
  * from the rates of the node heights. */
-static void apply_tie_downs(struct restraints *r, const struct mods_heaving_part *h)
+static void add_tie_down_forces(struct restraints *r, const struct mods_heaving_part *h)
 {
     const double *v = h->z + 2 * h->mats + 1;
     for (int i = 0; i < r->count; i++) {
@@ -829,12 +829,12 @@ void mods_compute_vertical_forces(struct mods *m, const struct mods_heaving_part
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         const struct mods_bands *b = &m->band[g];
         if (b->segment_count > 0 && b->scene_bands->acts_on == SIM_BAND_OVER_JOINTS)
-            press_crests(b, h);
+            add_crest_forces(b, h);
         for (int i = 0; i < b->segment_count && b->scene_bands->acts_on == SIM_BAND_OVER_RIVETS;
              i++)
-            press_nodes_under_band(m, b, h, i);
+            add_band_node_forces(m, b, h, i);
     }
-    apply_tie_downs(&m->restraint[SIM_TIE_DOWNS], h);
+    add_tie_down_forces(&m->restraint[SIM_TIE_DOWNS], h);
 }
 
 double mods_rate_squared(const struct mods *m, double mass_slug, double inertia)

@@ -312,7 +312,7 @@ struct mat_slope {
     double rate_by_y;  /* d theta'/d dY */
 };
 
-static struct mat_slope mat_slope_of(const struct model *m, const struct kernel_mat *mat)
+static struct mat_slope compute_mat_slope(const struct model *m, const struct kernel_mat *mat)
 {
     double turn = 1.0 / (m->length_ft * mat->c);
     return (struct mat_slope){turn, mat->w * mat->s / (mat->c * mat->c * m->length_ft)};
@@ -338,7 +338,7 @@ static struct joint_slope tension_slope(const struct model *m, int j, const stru
         const struct kernel_mat *mats[2] = {l, r};
         for (int k = 0; k < 2; k++) {
             const struct kernel_mat *mat = mats[k];
-            struct mat_slope slope = mat_slope_of(m, mat);
+            struct mat_slope slope = compute_mat_slope(m, mat);
             double gap = m->half_ft * mat->s / mat->c / m->length_ft;
             double rate_p = m->half_ft * (slope.rate_by_y * mat->s + mat->w / m->length_ft);
             add_difference(t.p, 2 * k, 2 * k + 2, m->kl_lb_ft * gap + m->cl_lb_s_ft * rate_p);
@@ -356,7 +356,7 @@ static struct joint_slope moment_slope(const struct model *m, int j, const struc
     if (!m->torsion[j])
         return t;
     t.value = kernel_moment(m, j, l, r);
-    struct mat_slope left = mat_slope_of(m, l), right = mat_slope_of(m, r);
+    struct mat_slope left = compute_mat_slope(m, l), right = compute_mat_slope(m, r);
     add_difference(t.p, 0, 2,
                    -m->kt_lb_ft_rad * left.angle_by_y - m->ct_lb_ft_s_rad * left.rate_by_y);
     add_difference(t.p, 2, 4,
@@ -463,7 +463,7 @@ static void report_rows(const struct jacobian_rows *r, const double *z, int n,
     double lean = -mat->s / mat->c / length; /* derivative of cos theta with respect to dY */
     double soil = kernel_soil_force_lb(m, zp, zv, n) - kernel_soil_force_lb(m, zp, zv, n + 1) +
                   m->lift_shear_sign[n] * m->lift_shear_lb;
-    struct mat_slope slope = mat_slope_of(m, mat);
+    struct mat_slope slope = compute_mat_slope(m, mat);
     add_difference(p, 2, 4, h * lean * soil);
     turning += h * mat->c * soil;
     for (int end = 0; end < 2; end++) {
@@ -515,7 +515,7 @@ static void consistent_rows(const struct jacobian_rows *r, const double *accel, 
     double length = m->length_ft, quarter = 0.25 * m->mass_slug, c2 = mat->c * mat->c;
     double a = m->inertia_slug_ft2 / (length * length * c2);
     double a_y = 2.0 * a * mat->s / c2 / length;
-    struct mat_slope slope = mat_slope_of(m, mat);
+    struct mat_slope slope = compute_mat_slope(m, mat);
     double spin = m->inertia_slug_ft2 * mat->s * mat->w / (length * c2);
     for (int k = 0; k < 7; k++) {
         p[k] *= slope.angle_by_y;

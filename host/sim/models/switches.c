@@ -222,7 +222,7 @@ static signed char lift_shear_sign(const struct model *m, int n, bool left, bool
     return m->lift_shear == SIM_SHEAR_BOTH && left && !right ? -1 : 0;
 }
 
-static void update_held_shears(struct model *m)
+static void update_held_lift_shears(struct model *m)
 {
     int n = m->held_node;
     if (n < 0)
@@ -259,7 +259,7 @@ static void update_lift_shears(struct model *m, const double *z)
 static void update_shape_modes(struct model *m, const double *z)
 {
     update_lift_shears(m, z);
-    update_held_shears(m);
+    update_held_lift_shears(m);
 }
 
 static void update_slide_directions(struct model *m, double t_s, const double *z)
@@ -295,7 +295,7 @@ static void hold_node_at_contact(struct model *m, double t_s, double *z, int nod
     m->contact[node] = 1;
     m->held_node = node;
     update_lift_shears(m, z);
-    update_held_shears(m);
+    update_held_lift_shears(m);
     compute_held_node_accel(m, t_s, z, node, &off, &on);
     m->held_node = -1;
     if (off < 0.0 && on > 0.0) {

@@ -732,7 +732,7 @@ struct parallel_passes {
     atomic_bool stopped;
 };
 
-static bool may_passes_continue(void *context, int pass_from_1, double part)
+static bool can_passes_continue(void *context, int pass_from_1, double part)
 {
     struct parallel_passes *both = context;
     (void)pass_from_1, (void)part;
@@ -758,7 +758,7 @@ static void run_both_passes(struct pass *fine, struct pass *coarse, struct chain
                                    .chain = {chain, &other},
                                    .scene = scene,
                                    .options = {*options, *options}};
-    both.options[1].may_continue = may_passes_continue;
+    both.options[1].may_continue = can_passes_continue;
     both.options[1].may_continue_ctx = &both;
     chain_make(&other, scene, chain->v0_mat);
     make_pass(coarse, scene, options, coarse_steps, result);

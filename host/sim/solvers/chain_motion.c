@@ -778,7 +778,7 @@ static void restart_ground(struct motion *m, struct mat_load *part, const struct
     set_ground_mode(m, part, v * part->force_sign < 0.0 ? GROUND_UNLOADING : GROUND_LOADING);
 }
 
-static void remove_wheel(struct motion *m, int n)
+static void remove_wheel_forces(struct motion *m, int n)
 {
     double v = m->u_terms[1][n];
     bool slides = m->friction_law == SIM_FRICTION_STICK ||
@@ -820,7 +820,7 @@ void motion_set_wheel_action(struct motion *m)
         int n = before[i].mat;
         mark_mat_changed(m, n);
         m->thrust_terms[0][n] = m->thrust_terms[1][n] = m->thrust_terms[2][n] = 0.0;
-        remove_wheel(m, n);
+        remove_wheel_forces(m, n);
     }
     for (int i = 0; i < m->load_count; i++) {
         struct mat_load *part = &m->loads[i];

@@ -65,7 +65,7 @@ static void start_march(struct planar_engine *l, struct march *march,
                             .h_s = sim_scene_end_s(l->scene) / (double)steps,
                             .pass_number = ++result->pass_count};
     sim_record_make(&march->record, l->scene, options);
-    planar_pass_run(l, march, options);
+    planar_engine_run(l, march, options);
     result->evaluations += march->completed_step_count;
 }
 

@@ -480,7 +480,7 @@ static bool advance_pass(struct pass *p, double limit_s)
     return true;
 }
 
-static bool may_pass_continue(const struct pass *p, const struct pass_request *request,
+static bool can_pass_continue(const struct pass *p, const struct pass_request *request,
                               const struct sim_options *options)
 {
     return !options->may_continue || p->outcome->steps % PASS_STEPS_PER_CALLBACK != 0 ||
@@ -504,7 +504,7 @@ static void run_spans(struct pass *p, const struct pass_request *request,
             s->min_step_s = MIN_STEP_SHARE * fmin(end_s, fmax(MIN_STEP_TIME_S, s->t_s));
             if (!advance_pass(p, end))
                 return;
-            if (!may_pass_continue(p, request, options)) {
+            if (!can_pass_continue(p, request, options)) {
                 fail_pass(p, SIM_INTERRUPTED, find_fastest_mat(m, s->z, &speed), s->t_s);
                 return;
             }

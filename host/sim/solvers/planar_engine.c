@@ -225,9 +225,9 @@ LAW_INLINE void update_tensions_by_law(struct planar_engine *l, enum joint_law l
 /* Computes the tensions, in a separate loop for each joint law. */
 static void update_tensions(struct planar_engine *l)
 {
-    if (l->joints == JOINT_LINEAR)
+    if (l->joint_law == JOINT_LINEAR)
         update_tensions_by_law(l, JOINT_LINEAR);
-    else if (l->joints == JOINT_SLACK)
+    else if (l->joint_law == JOINT_SLACK)
         update_tensions_by_law(l, JOINT_SLACK);
     else
         update_tensions_by_law(l, JOINT_GRIT);
@@ -569,7 +569,7 @@ static void assign_arrays(struct planar_engine *l)
         l->grit_yield_ft[j] = l->grit_lb[j] / l->kl_lb_ft[j];
         gritty = gritty || l->grit_lb[j] > 0.0;
     }
-    l->joints = joint_law(l->slack_ft, gritty);
+    l->joint_law = joint_law(l->slack_ft, gritty);
 }
 
 enum mr_status planar_engine_make(struct planar_engine *l, const struct sim_scene *scene,
@@ -972,8 +972,8 @@ static void finish_march(struct march_run *way)
     }
 }
 
-void planar_pass_run(struct planar_engine *l, struct march *march,
-                     const struct sim_options *options)
+void planar_engine_run(struct planar_engine *l, struct march *march,
+                       const struct sim_options *options)
 {
     struct march_run way = {.engine = l, .march = march, .options = options};
     double begin_s = monotonic_s();

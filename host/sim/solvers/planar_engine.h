@@ -54,7 +54,7 @@ struct planar_engine {
      * which one of them moved. */
     double *tension_lb;
     double slack_ft;
-    enum joint_law joints;
+    enum joint_law joint_law;
     /* sliding part: mats that move along the runway, and one mat at rest on either side */
     struct moving_part sliding;
     struct moving_part heaving; /* heaving part: mats whose nodes are not at rest */
@@ -99,7 +99,7 @@ struct march {
 
 /* Runs a march over the whole landing with march->steps steps. march->record must be made
  * before. */
-void planar_pass_run(struct planar_engine *l, struct march *march,
-                     const struct sim_options *options);
+void planar_engine_run(struct planar_engine *l, struct march *march,
+                       const struct sim_options *options);
 
 #endif

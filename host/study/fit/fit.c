@@ -895,7 +895,7 @@ static enum mr_status run_rounds(struct fitting *fitting, struct error *error)
         if (run_round(fitting, &moved, error) != MR_OK)
             return error->status;
     }
-    answer->not_converged = moved > CONVERGED_STEP_MAX;
+    answer->has_not_converged = moved > CONVERGED_STEP_MAX;
     return finish_fit(fitting, error);
 }
 

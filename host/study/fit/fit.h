@@ -46,7 +46,7 @@ struct fit_options {
     unsigned thread_count; /* number of threads; 0: one per processor */
     uint64_t seed;
     /* called from one thread only; NULL: no progress is reported */
-    void (*progress)(void *context, unsigned round, size_t done, size_t of);
+    void (*progress)(void *context, unsigned round, size_t done, size_t total);
     void *progress_context;
 };
 
@@ -62,9 +62,9 @@ struct fit_result {
     double information[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
     unsigned round_count; /* number of ensembles that were simulated */
     size_t simulated_draw_count, failed_draw_count;
-    bool not_converged; /* the estimate did not converge within the maximum number of rounds */
-    double *expected;   /* expected value of each statistic at the estimate */
-    double *scatter;    /* standard deviation of each statistic */
+    bool has_not_converged; /* the estimate did not converge within the maximum number of rounds */
+    double *expected;       /* expected value of each statistic at the estimate */
+    double *scatter;        /* standard deviation of each statistic */
     /* 1 + replica_count rows of residuals of the statistics, in standard deviations: first of the
      * measured data set, then of the replicas. `replica_count` is 0 if their simulations failed. */
     size_t replica_count;

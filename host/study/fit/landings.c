@@ -399,8 +399,8 @@ static double draw_thrust(const struct inputs *inputs, const struct fit_landing 
 }
 
 /* Simulates one data set with host/sim, for scenes that parallel_is_supported refuses. */
-static bool run_one(const struct inputs *inputs, const struct fit_landing *landing,
-                    const double *station_ft, double thrust, struct outcome *outcome)
+static bool simulate_one(const struct inputs *inputs, const struct fit_landing *landing,
+                         const double *station_ft, double thrust, struct outcome *outcome)
 {
     struct sim_scene scene = landing->scene;
     struct sim_result result;
@@ -430,9 +430,9 @@ static bool run_one(const struct inputs *inputs, const struct fit_landing *landi
 }
 
 /* Simulates `count` data sets in parallel. Unused lanes repeat the first data set. */
-static bool run_parallel(struct inputs *inputs, size_t count, const struct fit_landing *landing,
-                         const double *station_ft, const double *thrust, double *spare_gap_ft,
-                         struct outcome *outcome)
+static bool simulate_parallel(struct inputs *inputs, size_t count,
+                              const struct fit_landing *landing, const double *station_ft,
+                              const double *thrust, double *spare_gap_ft, struct outcome *outcome)
 {
     struct parallel_lane lane[CHAINS_LANES];
     size_t joints = (size_t)landing->scene.mats + 1;
@@ -473,12 +473,12 @@ static void simulate_landing(struct inputs *inputs, size_t count, const struct f
         outcome[k].gap_ft = inputs[k].gap_ft;
     }
     if (parallel_is_supported(&landing->scene)) {
-        run_parallel(inputs, count, landing, station_ft, thrust, room + CHAINS_LANES * each,
-                     outcome);
+        simulate_parallel(inputs, count, landing, station_ft, thrust, room + CHAINS_LANES * each,
+                          outcome);
     } else {
         for (size_t k = 0; k < count; k++)
-            inputs[k].is_valid = inputs[k].is_valid &&
-                                 run_one(&inputs[k], landing, station_ft, thrust[k], &outcome[k]);
+            inputs[k].is_valid = inputs[k].is_valid && simulate_one(&inputs[k], landing, station_ft,
+                                                                    thrust[k], &outcome[k]);
     }
     for (size_t k = 0; k < count; k++) {
         if (inputs[k].is_valid)
