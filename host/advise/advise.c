@@ -379,7 +379,7 @@ static double get_min_braking_ft_s2(const struct advise *advise)
                (row[i - 1].off_runway_share - row[i].off_runway_share);
 }
 
-static void set_warning_outcome(struct advise *advise, bool si)
+static void set_verdict(struct advise *advise, bool si)
 {
     const struct advise_row *row = &advise->row[advise->plan_row];
     const double limit = advise->request.risk_limit;
@@ -529,7 +529,7 @@ enum mr_status advise_compute(struct advise *advise, bool si, struct progress *p
         status = compute_advice_rows(advise, error);
     }
     if (status == MR_OK) {
-        set_warning_outcome(advise, si);
+        set_verdict(advise, si);
         set_action_text(advise, si);
     }
     return status;

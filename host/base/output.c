@@ -83,9 +83,9 @@ static char *find_control(const char *text)
 bool text_is_plain(const char *text)
 {
     json_t *utf8 = json_string(text);
-    const bool has_only_joint_forces = utf8 && text[strspn(text, " ")] && !*find_control(text);
+    const bool is_plain = utf8 && text[strspn(text, " ")] && !*find_control(text);
     json_decref(utf8);
-    return has_only_joint_forces;
+    return is_plain;
 }
 
 void text_blank_controls(char *text)

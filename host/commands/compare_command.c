@@ -95,13 +95,13 @@ static int print_verdict(const struct compare_verdict *verdict, struct answer *a
 {
     struct error error = {0};
     int exit_code = answer_print(cli, answer, 0);
-    if (verdict->failed_limits > 1)
+    if (verdict->failed_limit_count > 1)
         error_set(&error, MR_LIMIT, "%s; and %zu more of %zu limits fail", verdict->worst_failure,
-                  verdict->failed_limits - 1, verdict->checked_limits);
-    else if (verdict->failed_limits)
+                  verdict->failed_limit_count - 1, verdict->checked_limit_count);
+    else if (verdict->failed_limit_count)
         error_set(&error, MR_LIMIT, "%s; check the table above, or the limits",
                   verdict->worst_failure);
-    return exit_code == 0 && verdict->failed_limits ? cli_fail(&error) : exit_code;
+    return exit_code == 0 && verdict->failed_limit_count ? cli_fail(&error) : exit_code;
 }
 
 static int compare_one_landing(struct store *store, const struct request *request,

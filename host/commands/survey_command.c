@@ -122,7 +122,8 @@ static void add_movement(const struct survey_results *found, struct answer *answ
     answer_open_table(
         answer, NULL,
         "movement downfield since the previous survey, and bow since the first survey");
-    for (unsigned s = 0; s < SURVEY_STATIONS && found->since_previous.compared_readings > 0; s++) {
+    for (unsigned s = 0; s < SURVEY_STATIONS && found->since_previous.compared_reading_count > 0;
+         s++) {
         unsigned k = (unsigned)lround(SURVEY_STATION_SPACING_FT * s / SURVEY_SPAN_LENGTH_FT);
         answer_open_row(answer);
         answer_add_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_LENGTH_FT * k, 1);

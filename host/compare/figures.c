@@ -45,10 +45,10 @@ static void compute_differences(const struct signal *s, struct signal_figures *f
         if (d != 0.0)
             chi += d * d / (u * u);
         common += sqrt(fmax(u * u - s->noise_deviation * s->noise_deviation, 0.0));
-        f->compared_samples++;
+        f->compared_sample_count++;
     }
-    double n = (double)f->compared_samples;
-    if (f->compared_samples == 0)
+    double n = (double)f->compared_sample_count;
+    if (f->compared_sample_count == 0)
         return;
     f->bias = sum / n;
     f->bias_error = hypot(common / n, s->noise_deviation / sqrt(n));
@@ -157,7 +157,7 @@ void signal_compute_figures(const struct signal *s, struct signal_figures *f)
     };
     double noise = s->noise_deviation / sqrt(SIGNAL_MEAN_SAMPLES);
     compute_differences(s, f);
-    if (f->compared_samples == 0)
+    if (f->compared_sample_count == 0)
         return;
     f->peak_measured = find_peak(s, s->measured, s->measured_error, noise);
     f->peak_simulated = find_peak(s, s->simulated, s->simulated_error, noise);
@@ -595,7 +595,7 @@ struct compare_channel_means compare_compute_means(const struct compare_figures 
         const struct compare_channel *c = &figures->channel[i];
         if (!c->is_compared)
             continue;
-        double n = (double)c->figures.compared_samples;
+        double n = (double)c->figures.compared_sample_count;
         mean.channel_count++;
         mean.sample_count += n;
         sum += n * c->figures.bias;

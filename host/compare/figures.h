@@ -53,7 +53,7 @@ struct signal_moment {
 };
 
 struct signal_figures {
-    size_t compared_samples; /* number of samples that both series have */
+    size_t compared_sample_count; /* number of samples that both series have */
     double bias, bias_error;
     double rms, rms_per_error;
     struct signal_moment peak_measured, peak_simulated;

@@ -638,8 +638,8 @@ static void pool_figures(struct compare_series *set, const struct compare_figure
     set->worst_solver_error_in = fmax(set->worst_solver_error_in, figures->solver_error_in);
     for (size_t c = 0; c < figures->channel_count; c++) {
         const struct compare_channel *channel = &figures->channel[c];
-        double n = (double)channel->figures.compared_samples;
-        if (!channel->is_compared || channel->figures.compared_samples == 0)
+        double n = (double)channel->figures.compared_sample_count;
+        if (!channel->is_compared || channel->figures.compared_sample_count == 0)
             continue;
         set->channel_means[channel->number - 1].number = channel->number;
         set->channel_means[channel->number - 1].station_ft = channel->station_ft;

@@ -95,7 +95,7 @@ struct limit_check {
     const char *pattern; /* path of the limit, with its wildcards */
     double limit;
     const char *answer_name;
-    size_t found_values, skipped_values;
+    size_t found_value_count, skipped_value_count;
     struct compare_verdict *verdict;
 };
 
@@ -104,7 +104,7 @@ static void count_failed_limit(struct limit_check *check, double beyond, const c
 {
     struct compare_verdict *v = check->verdict;
     double size = isnan(beyond) ? (double)INFINITY : beyond / fmax(fabs(check->limit), 1e-12);
-    if (v->failed_limits++ > 0 && !(size > v->worst_excess))
+    if (v->failed_limit_count++ > 0 && !(size > v->worst_excess))
         return;
     v->worst_excess = size;
     snprintf(v->worst_failure, sizeof v->worst_failure, "%s", text);
@@ -116,7 +116,7 @@ static void check_value(struct limit_check *check, const char *path, const json_
     bool least = is_lower_limit(path);
     double is = json_number_value(value),
            beyond = least ? check->limit - is : fabs(is) - check->limit;
-    check->verdict->checked_limits++;
+    check->verdict->checked_limit_count++;
     if (!json_is_number(value)) {
         snprintf(text, sizeof text, "%s of %s is not known; the limit is %.4g", path,
                  check->answer_name, check->limit);
@@ -157,7 +157,7 @@ static void check_values(struct limit_check *check, const char *rest, const char
     size_t length = strcspn(rest, "."), i;
     json_t *element;
     if (json_is_false(json_object_get(node, "compared"))) {
-        check->skipped_values++; /* a channel that was not compared is reported as missing */
+        check->skipped_value_count++; /* a channel that was not compared is reported as missing */
         return;
     }
     if (length == 0) {
@@ -165,7 +165,7 @@ static void check_values(struct limit_check *check, const char *rest, const char
                        strstr(so_far, "_difference");
         bool replaced = strcmp(so_far, check->pattern) != 0 &&
                         json_object_get(check->limits->limit_by_path, so_far);
-        check->found_values++;
+        check->found_value_count++;
         if (!no_zone && !replaced)
             check_value(check, so_far, node);
         return;
@@ -175,7 +175,7 @@ static void check_values(struct limit_check *check, const char *rest, const char
     if (json_is_object(node) && json_object_get(node, name)) {
         element = json_object_get(node, name);
         if (json_is_null(element) && *rest) { /* without a zone on one side there is no overlap */
-            check->found_values++;
+            check->found_value_count++;
             if (!strstr(rest, "_difference"))
                 check_value(check, so_far, element);
         } else {
@@ -205,17 +205,17 @@ void compare_limits_check(const struct compare_limits *limits, bool of_series, c
         channels = channels || strncmp(path, "channels.", 9) == 0;
         check.pattern = path;
         check.limit = json_number_value(limit);
-        check.found_values = check.skipped_values = 0;
-        for (int pass = 0; pass < 2 && check.found_values == 0; pass++)
+        check.found_value_count = check.skipped_value_count = 0;
+        for (int pass = 0; pass < 2 && check.found_value_count == 0; pass++)
             check_values(&check, series ? path + strlen(SERIES_PREFIX) : path, "",
                          pass == 0 ? answer : si);
-        if (check.found_values + check.skipped_values == 0) {
+        if (check.found_value_count + check.skipped_value_count == 0) {
             char text[300];
             snprintf(
                 text, sizeof text,
                 "%s is not in the result of %s; matrig --json compare shows the possible paths",
                 path, where);
-            verdict->checked_limits++;
+            verdict->checked_limit_count++;
             count_failed_limit(&check, (double)NAN, text);
         }
     }

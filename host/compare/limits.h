@@ -30,7 +30,7 @@ struct compare_limits {
 };
 
 struct compare_verdict {
-    size_t checked_limits, failed_limits;
+    size_t checked_limit_count, failed_limit_count;
     char worst_failure[300]; /* description of the failure that is largest relative to its limit */
     double worst_excess;
 };

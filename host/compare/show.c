@@ -171,16 +171,16 @@ static void add_agreement(const struct compare_agreement *a, struct answer *answ
 
 static void add_verdict(const struct compare_verdict *verdict, struct answer *answer)
 {
-    if (verdict->checked_limits == 0) {
+    if (verdict->checked_limit_count == 0) {
         answer_add_missing_value(answer, "limits", NULL, NULL);
         return;
     }
     answer_open_group(answer, "limits", "limits");
-    answer_add_count(answer, "checked", "checked", (int64_t)verdict->checked_limits);
-    answer_add_count(answer, "failed", "failed", (int64_t)verdict->failed_limits);
-    answer_add_flag(answer, "pass", NULL, verdict->failed_limits == 0);
-    answer_add_text(answer, NULL, "verdict", "%s", verdict->failed_limits ? "FAIL" : "pass");
-    if (verdict->failed_limits)
+    answer_add_count(answer, "checked", "checked", (int64_t)verdict->checked_limit_count);
+    answer_add_count(answer, "failed", "failed", (int64_t)verdict->failed_limit_count);
+    answer_add_flag(answer, "pass", NULL, verdict->failed_limit_count == 0);
+    answer_add_text(answer, NULL, "verdict", "%s", verdict->failed_limit_count ? "FAIL" : "pass");
+    if (verdict->failed_limit_count)
         answer_add_text(answer, "worst", NULL, "%s", verdict->worst_failure);
     answer_close_group(answer);
 }
@@ -268,9 +268,9 @@ static void add_landing(const struct compare_series_landing *landing, struct ans
     answer_add_value(answer, NULL, "zone at rest|in common", UNIT_NUMBER,
                      rest ? rest->simulated_overlap.share : (double)NAN, 2);
     answer_add_text(answer, NULL, "limits", "%s",
-                    landing->verdict.checked_limits == 0 ? "-"
-                    : landing->verdict.failed_limits > 0 ? "FAIL"
-                                                         : "pass");
+                    landing->verdict.checked_limit_count == 0 ? "-"
+                    : landing->verdict.failed_limit_count > 0 ? "FAIL"
+                                                              : "pass");
 }
 
 static void add_landings(const struct compare_series *set, struct answer *answer)
@@ -388,21 +388,22 @@ void compare_series_check(struct compare_series *set, const struct compare_limit
         if (set->landing[i].is_compared) {
             compare_check(&set->landing[i].figures, limits, one);
         } else { /* a landing that was not compared fails its limits */
-            *one = (struct compare_verdict){
-                .checked_limits = 1, .failed_limits = 1, .worst_excess = (double)INFINITY};
+            *one = (struct compare_verdict){.checked_limit_count = 1,
+                                            .failed_limit_count = 1,
+                                            .worst_excess = (double)INFINITY};
             snprintf(one->worst_failure, sizeof one->worst_failure,
                      "RUN %" PRId64 " not compared: %.200s", set->landing[i].run,
                      set->landing[i].reason);
         }
-        set->verdict.checked_limits += one->checked_limits;
-        if (one->failed_limits > 0 &&
-            (set->verdict.failed_limits == 0 || one->worst_excess > set->verdict.worst_excess)) {
+        set->verdict.checked_limit_count += one->checked_limit_count;
+        if (one->failed_limit_count > 0 && (set->verdict.failed_limit_count == 0 ||
+                                            one->worst_excess > set->verdict.worst_excess)) {
             set->verdict.worst_excess = one->worst_excess;
             memcpy(set->verdict.worst_failure, one->worst_failure,
                    sizeof set->verdict.worst_failure);
         }
-        set->verdict.failed_limits += one->failed_limits;
-        within += one->failed_limits == 0;
+        set->verdict.failed_limit_count += one->failed_limit_count;
+        within += one->failed_limit_count == 0;
     }
     if (compare_has_limits(limits))
         set->pooled.within_limits_share = (double)within / (double)set->landing_count;

@@ -344,7 +344,7 @@ size_t survey_progress_count_read(const struct survey_progress *progress)
 #define SHEET_LINE_BYTES_MAX 2000
 #define SHEET_COLUMNS_MAX    32
 
-enum column { COLUMN_KIND, COLUMN_LINE, COLUMN_PLACE, COLUMN_READING, COLUMN_NOTE, COLUMNS };
+enum column { COLUMN_KIND, COLUMN_LINE, COLUMN_PLACE, COLUMN_READING, COLUMN_NOTE, COLUMN_COUNT };
 
 void survey_sheet_write(FILE *out, const struct survey_progress *progress, bool si)
 {
@@ -372,14 +372,14 @@ static bool read_whole_number(const char *text, unsigned *value)
     return text[0] >= '0' && text[0] <= '9' && *end == '\0' && number < 1000;
 }
 
-static enum mr_status find_columns(const char *path, char **cell, size_t cells, int column[COLUMNS],
-                                   bool *mm, struct error *error)
+static enum mr_status find_columns(const char *path, char **cell, size_t cells,
+                                   int column[COLUMN_COUNT], bool *mm, struct error *error)
 {
-    static const char *const names[COLUMNS] = {"kind", "line", "place", "reading_in", "note"};
-    for (int i = 0; i < COLUMNS; i++)
+    static const char *const names[COLUMN_COUNT] = {"kind", "line", "place", "reading_in", "note"};
+    for (int i = 0; i < COLUMN_COUNT; i++)
         column[i] = -1;
     for (size_t c = 0; c < cells; c++) {
-        for (int i = 0; i < COLUMNS; i++)
+        for (int i = 0; i < COLUMN_COUNT; i++)
             column[i] = strcmp(cell[c], names[i]) == 0 ? (int)c : column[i];
         if (strcmp(cell[c], "reading_mm") == 0) {
             column[COLUMN_READING] = (int)c;
@@ -403,13 +403,13 @@ static enum mr_status find_columns(const char *path, char **cell, size_t cells, 
 }
 
 static enum mr_status parse_row(const char *path, size_t line, char **cell, size_t cells,
-                                size_t names, const int column[COLUMNS], bool mm,
+                                size_t names, const int column[COLUMN_COUNT], bool mm,
                                 const struct survey_plan *plan, struct survey_sheet *sheet,
                                 struct error *error)
 {
     struct survey_item item;
-    const char *text[COLUMNS];
-    for (int i = 0; i < COLUMNS; i++)
+    const char *text[COLUMN_COUNT];
+    for (int i = 0; i < COLUMN_COUNT; i++)
         text[i] = column[i] >= 0 && column[i] < (int)cells ? cell[column[i]] : "";
     /* ignore the empty columns of a spreadsheet */
     while (cells > names && cell[cells - 1][0] == '\0')
@@ -464,7 +464,7 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
                                  struct survey_sheet *sheet, struct error *error)
 {
     char line[SHEET_LINE_BYTES_MAX], *cell[SHEET_COLUMNS_MAX];
-    int column[COLUMNS] = {0};
+    int column[COLUMN_COUNT] = {0};
     bool mm = false;
     size_t names = 0;
     enum mr_status status = MR_OK;
@@ -627,7 +627,7 @@ static void subtract_readings(const struct survey_readings *now,
     double *d = (double *)(void *)&c->change;
     for (size_t i = 0; i < offsetof(struct survey_readings, error_in) / sizeof *d; i++) {
         d[i] = a[i] - b[i];
-        c->compared_readings += isnan(d[i]) ? 0u : 1u;
+        c->compared_reading_count += isnan(d[i]) ? 0u : 1u;
     }
     c->change.error_in = sqrt(now->error_in * now->error_in + before->error_in * before->error_in);
     c->station_error_in = sqrt(2.0) * SURVEY_STATION_ERROR_IN;

@@ -230,7 +230,7 @@ struct survey_change {
     double station_error_in; /* standard error of a change of a station or of a distance across */
     struct survey_estimate movement[SURVEY_LINES][SURVEY_POINTS];
     struct survey_estimate bow[SURVEY_POINTS];
-    size_t compared_readings; /* number of readings that both surveys have */
+    size_t compared_reading_count; /* number of readings that both surveys have */
 };
 
 struct survey_slack {

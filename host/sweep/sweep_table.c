@@ -311,8 +311,8 @@ static const char *get_status(const json_t *line)
     return status ? status : "";
 }
 
-static enum mr_status add_axles(struct sweep_table *table, const char *path, size_t number,
-                                json_t *line, struct error *error)
+static enum mr_status add_result_line(struct sweep_table *table, const char *path, size_t number,
+                                      json_t *line, struct error *error)
 {
     char hash[17];
     const char *of = json_string_value(json_object_get(line, "sweep"));
@@ -344,7 +344,7 @@ static enum mr_status read_lines(struct sweep_table *table, const char *path, FI
     size_t size = 0;
     for (size_t number = 1; getline(&text, &size, file) > 0 && error->status == MR_OK; number++) {
         json_t *line = json_loads(text, JSON_REJECT_DUPLICATES, NULL);
-        add_axles(table, path, number, line, error);
+        add_result_line(table, path, number, line, error);
         json_decref(line);
     }
     free(text);

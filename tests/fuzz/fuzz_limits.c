@@ -11,7 +11,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     struct error error = {0};
     if (compare_limits_load(&limits, fuzz_file("limits.json", data, size), &error) == MR_OK) {
         compare_check(&figures, &limits, &verdict);
-        FUZZ_REQUIRE(!verdict.failed_limits == !verdict.worst_failure[0]);
+        FUZZ_REQUIRE(!verdict.failed_limit_count == !verdict.worst_failure[0]);
     } else {
         FUZZ_REQUIRE(error.text[0]);
     }

@@ -401,8 +401,8 @@ TEST(a_series_of_one)
     assert_int_equal(set.compared_count, 1);
     for (size_t c = 0; c < 8; c++) {
         const struct signal_figures *f = &set.landing[0].figures.channel[c].figures;
-        n += (double)f->compared_samples;
-        rms += (double)f->compared_samples * f->rms * f->rms;
+        n += (double)f->compared_sample_count;
+        rms += (double)f->compared_sample_count * f->rms * f->rms;
     }
     assert_near(set.pooled.rms_in, sqrt(rms / n), 1e-9);
     compare_series_free(&set);
@@ -455,48 +455,48 @@ TEST(limits_decide)
     struct compare_figures f = two_channels();
     struct compare_verdict v;
     v = verdict_of("{\"channels.*.rms_in\": 0.05, \"channels.*.bias_in\": 0.04}", &f);
-    assert_true(v.failed_limits == 0 &&
-                v.checked_limits == 5); /* two of each, and that none is missing */
+    assert_true(v.failed_limit_count == 0 &&
+                v.checked_limit_count == 5); /* two of each, and that none is missing */
     v = verdict_of("{\"channels.*.rms_in\": 0.03}", &f);
-    assert_true(v.failed_limits == 1);
+    assert_true(v.failed_limit_count == 1);
     assert_string_equal(
         v.worst_failure,
         "channels.2.rms_in of RUN 7 is 0.0400; the limit 0.0300 is exceeded by 0.0100");
     /* 0.05 in */
     v = verdict_of("{\"channels.*.rms_in\": 0.03, \"channels.2.rms_in\": \"1.27 mm\"}", &f);
-    assert_true(v.failed_limits == 0 && v.checked_limits == 3);
+    assert_true(v.failed_limit_count == 0 && v.checked_limit_count == 3);
     v = verdict_of("{\"channels.*.rms_mm\": 1}", &f);
-    assert_true(v.failed_limits == 1 && v.checked_limits == 3);
+    assert_true(v.failed_limit_count == 1 && v.checked_limit_count == 3);
     v = verdict_of("{\"channels.*.bias_in\": 0.02}", &f); /* its size counts */
-    assert_true(v.failed_limits == 2);
+    assert_true(v.failed_limit_count == 2);
     /* what is not known does not pass */
     v = verdict_of("{\"channels.*.chi\": 0.1}", &f);
-    assert_true(v.failed_limits == 2 && strstr(v.worst_failure, "chi of RUN 7 is not known"));
+    assert_true(v.failed_limit_count == 2 && strstr(v.worst_failure, "chi of RUN 7 is not known"));
     v = verdict_of("{\"channels.5.rms_in\": 1}", &f);
-    assert_true(v.failed_limits == 1 &&
+    assert_true(v.failed_limit_count == 1 &&
                 strstr(v.worst_failure, "channels.5.rms_in is not in the result of RUN 7"));
     v = verdict_of("{\"channels.*.rsm_in\": 1}", &f);
-    assert_true(v.failed_limits == 1 &&
+    assert_true(v.failed_limit_count == 1 &&
                 strstr(v.worst_failure, "channels.*.rsm_in is not in the result"));
     /* ends that are not there are the overlap's */
     v = verdict_of("{\"zones.*.overlap_simulated.share\": 0.5, "
                    "\"zones.*.overlap_simulated.start_difference_ft\": 3}",
                    &f);
-    assert_true(v.failed_limits == 1 && v.checked_limits == 1);
+    assert_true(v.failed_limit_count == 1 && v.checked_limit_count == 1);
     assert_string_equal(v.worst_failure,
                         "zones.1.overlap_simulated.share of RUN 7 is 0.4000; the limit "
                         "0.5000 is missed by 0.1000");
     v = verdict_of("{\"zones.*.overlap_board.share\": 0.5}", &f);
-    assert_true(v.failed_limits == 1 && strstr(v.worst_failure, "not known"));
+    assert_true(v.failed_limit_count == 1 && strstr(v.worst_failure, "not known"));
     f.channel[0].is_compared = false;
     snprintf(f.channel[0].reason_or_remark, sizeof f.channel[0].reason_or_remark, "open");
     v = verdict_of("{\"channels.*.rms_in\": 1}", &f);
-    assert_true(v.failed_limits == 1);
+    assert_true(v.failed_limit_count == 1);
     assert_string_equal(
         v.worst_failure,
         "missing_channels of RUN 7 is 1.0000; the limit 0.0000 is exceeded by 1.0000");
     v = verdict_of("{\"channels.*.rms_in\": 1, \"missing_channels\": 1}", &f);
-    assert_true(v.failed_limits == 0);
+    assert_true(v.failed_limit_count == 0);
 }
 
 TEST(limits_that_are_wrong)

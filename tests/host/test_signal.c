@@ -63,7 +63,7 @@ TEST(the_same_differs_by_nothing)
     struct signal_figures f;
     make(&pair, rise, rise, 0.0);
     signal_compute_figures(&pair.signal, &f);
-    assert_int_equal(f.compared_samples, N);
+    assert_int_equal(f.compared_sample_count, N);
     assert_near(f.bias, 0.0, 0.0);
     assert_near(f.rms, 0.0, 0.0);
     assert_near(f.rms_per_error, 0.0, 0.0);
@@ -175,13 +175,13 @@ TEST(holes_are_left_out)
     for (size_t i = 1400; i < 2000; i++)
         pair.s[i] = (double)NAN;
     signal_compute_figures(&pair.signal, &f);
-    assert_int_equal(f.compared_samples, N - 1000);
+    assert_int_equal(f.compared_sample_count, N - 1000);
     assert_near(f.bias, 0.05, 1e-12);
     assert_near(f.rms, 0.05, 1e-12);
     for (size_t i = 0; i < N; i++)
         pair.m[i] = (double)NAN;
     signal_compute_figures(&pair.signal, &f);
-    assert_int_equal(f.compared_samples, 0);
+    assert_int_equal(f.compared_sample_count, 0);
 }
 
 TEST(normalised_errors)
