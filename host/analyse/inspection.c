@@ -156,9 +156,10 @@ enum mr_status inspection_parse_number(const struct inspection_field *field, con
                                        struct estimate *number, struct error *error)
 {
     char part[2][120];
-    const char *unit[2], *sign = strstr(text, "+-") ?: strstr(text, "\xc2\xb1");
+    const char *unit[2], *sign = strstr(text, "+-") ?: strstr(text, "\xc2\xb1") ?: strstr(text, "+/-"),
+                         *own = quantity_unit_from_name(field->name);
     snprintf(part[0], 60, "%.*s", sign ? (int)(sign - text) : 59, text);
-    snprintf(part[1], 60, "%s", sign ? sign + 2 : "0");
+    snprintf(part[1], 60, "%s", sign ? sign + 2 + (sign[1] == '/') : "0");
     for (int i = 0; i < 2; i++) {
         for (char *tab = part[i]; (tab = strchr(tab, '\t'));)
             *tab = ' ';
@@ -166,6 +167,12 @@ enum mr_status inspection_parse_number(const struct inspection_field *field, con
             part[i][--end] = '\0';
         mr_decimal_parse(part[i], &unit[i]);
     }
+    if (!strchr("0123456789.", part[1][strspn(part[1], " ")]) || !part[1][0] ||
+        (strchr(unit[1], '%') && strcmp(own, "%") != 0))
+        return error_set(error, MR_USAGE,
+                         "not a standard error: '%s' for %s; give a number of 0 or more%s%s, such "
+                         "as 12.5+-0.4",
+                         part[1], field->name, *own ? " in " : "", own);
     for (int i = 0; i < 2; i++)
         if (!unit[i][strspn(unit[i], " ")])
             snprintf(strchr(part[i], '\0'), 60, "%s", unit[!i]);
@@ -174,7 +181,7 @@ enum mr_status inspection_parse_number(const struct inspection_field *field, con
         return error->status;
     if (field->is_integer && (number->value != floor(number->value) || number->error > 0.0))
         return error_set(error, MR_USAGE, "not a whole number: %s for %s", text, field->name);
-    if (!(number->value >= field->low && number->value <= field->high && number->error >= 0.0))
+    if (!(number->value >= field->low && number->value <= field->high))
         return error_set(error, MR_USAGE, "out of range: %s for %s; allowed: %g to %g %s", text,
                          field->name, field->low, field->high, inspection_get_unit(field, false));
     return MR_OK;
@@ -562,6 +569,16 @@ static void format_number(double value, int digits, char out[40])
              fabs(value) < pow(10.0, digits) - 0.5 ? digits : 0, value);
 }
 
+/* Factor from the unit of a field to that of the answer; for temperatures that of a difference. */
+static double unit_factor(const struct inspection_field *field, bool si)
+{
+    if (is_temperature(field))
+        return si ? 1.0 / 1.8 : 1.0;
+    return si ? quantity_convert(1.0, quantity_unit_from_name(field->name),
+                                 inspection_get_unit(field, si))
+              : 1.0;
+}
+
 /* As inspection_format_value, in the units of the answer. */
 static void format_for_display(const struct inspection_field *field, const json_t *values, bool si,
                                char out[INSPECTION_TEXT_SIZE])
@@ -570,10 +587,7 @@ static void format_for_display(const struct inspection_field *field, const json_
     const struct estimate n = inspection_get_number(values, field->name);
     const char *digest = json_string_value(json_object_get(values, "file_sha256"));
     char value[40], error[40];
-    double factor = celsius ? 1.0 / 1.8
-                  : si      ? quantity_convert(1.0, quantity_unit_from_name(field->name),
-                                               inspection_get_unit(field, si))
-                            : 1.0;
+    const double factor = unit_factor(field, si);
     inspection_format_value(field, values, out);
     format_number(factor * (n.value - (celsius ? 32.0 : 0.0)), 6, value);
     format_number(factor * n.error, 2, error);
@@ -591,19 +605,32 @@ static void format_label(const struct inspection_field *field, bool si, char lab
     snprintf(label, 80, *unit ? "%s (%s)" : "%s", field->description, unit);
 }
 
-/* Adds a value, and the previous value if it was corrected. */
+/* Adds a value, the previous value if it was corrected, and the limit that it does not pass. */
 static void add_cell(const struct inspection *entry, const struct inspection_field *field,
                      struct answer *answer)
 {
-    char is[INSPECTION_TEXT_SIZE], was[INSPECTION_TEXT_SIZE], label[80];
+    char is[INSPECTION_TEXT_SIZE], was[INSPECTION_TEXT_SIZE], label[80], number[40], limit[80] = "";
     const bool si = answer_is_si(answer);
+    const enum inspection_verdict verdict = check_field_limits(field, entry->values);
+    const double value = inspection_get_number(entry->values, field->name).value;
+    const bool is_low = isnan(field->pass_high) ||
+                        fabs(value - field->pass_low) < fabs(value - field->pass_high);
     format_for_display(field, entry->values, si, is);
     format_for_display(field, entry->corrected ? entry->corrected->values : entry->values, si, was);
     format_label(field, si, label);
+    if (verdict > INSPECTION_PASS) {
+        format_number(unit_factor(field, si) * (is_low ? field->pass_low : field->pass_high), 4,
+                      number);
+        snprintf(limit, sizeof limit, " (%s %s)",
+                 verdict == INSPECTION_MARGINAL ? "limit"
+                 : is_low                       ? "below"
+                                                : "above",
+                 number);
+    }
     struct answer_style *fact = answer_add_text(answer, NULL, label,
-                                                strcmp(is, was) != 0 ? "%s (was %s)" : "%s",
-                                                is[0] ? is : "-", was[0] ? was : "-");
-    fact->is_warning = check_field_limits(field, entry->values) == INSPECTION_FAIL;
+                                                strcmp(is, was) != 0 ? "%s%s (was %s)" : "%s%s",
+                                                is[0] ? is : "-", limit, was[0] ? was : "-");
+    fact->is_warning = verdict == INSPECTION_FAIL;
     fact->is_number = field->type == INSPECTION_NUMBER;
 }
 

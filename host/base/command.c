@@ -128,6 +128,11 @@ static enum mr_status refuse_unknown_or_misplaced(const struct parser *p, const 
                          "option in the wrong place: '%s' after %s; put the option before the "
                          "command: matrig %s %s",
                          word, p->name, word, p->name);
+    if (word[1] && strchr("0123456789.", word[1]) && !strstr(p->command->operands.names, "RUN"))
+        return error_set(error, MR_USAGE,
+                         "negative number: '%s' of %s; places are 0 or more, and a value needs its "
+                         "name: NAME=%s",
+                         word, p->name, word);
     if (strstr(p->command->operands.names, "RUN") && word[1 + strspn(word + 1, "0123456789")] == 0)
         return error_set(error, MR_UNKNOWN,
                          "not a RUN: '%s' of %s; RUN is the number of a landing, from 1: matrig "

@@ -73,8 +73,8 @@ static void read_place(const struct request *r, struct store *store, struct stor
     struct store_landing landing;
     struct estimate number;
     if (!*place->name != !r->place)
-        error_set(error, MR_USAGE, "wrong place: a record of %s needs %s; see matrig record --help",
-                  r->kind->name, place->description);
+        error_set(error, MR_USAGE, "%s place: a record of %s needs %s; see matrig record --help",
+                  r->place ? "unexpected" : "no", r->kind->name, place->description);
     else if (r->kind->place == INSPECTION_LANDING)
         (void)(parse_run(r->place, &row->run, error) ?: store_find_run(store, &row->run, error)
                    ?: store_landing_get(store, row->run, &landing, error));
@@ -91,17 +91,26 @@ static void copy_values_from_last(const struct inspections *all, const struct in
     char text[INSPECTION_TEXT_SIZE];
     if (!last)
         return;
+    char *list;
+    size_t length;
+    FILE *out = xopen_memstream(&list, &length);
     answer_open_table(answer, "kept", "");
     for (const struct inspection_field *field = kind->field; field->name; field++) {
         if (!field->is_copied_from_last || !inspection_copy_value(field, last->values, values))
             continue;
         inspection_format_value(field, values, text);
         answer_open_row(answer);
-        answer_add_text(answer, "field", "kept", "%s", field->name);
-        answer_add_text(answer, "value", "value", "%s", text);
-        answer_add_count(answer, "record", "from record", last->row.id);
+        answer_add_text(answer, "field", NULL, "%s", field->name);
+        answer_add_text(answer, "value", NULL, "%s", text);
+        answer_add_count(answer, "record", NULL, last->row.id);
+        fprintf(out, "%s %s=%s", ftell(out) ? "," : "", field->name, text);
     }
     answer_close_group(answer);
+    fclose(out);
+    if (length)
+        answer_add_sentence(answer, NULL, "Kept from record %lld:%s.", (long long)last->row.id,
+                            list);
+    free(list);
 }
 
 static const struct inspection *find_valid_record(const struct request *r,
@@ -260,16 +269,18 @@ static void parse_words(struct request *r)
 {
     for (size_t i = 1; i < WORDS_MAX && r->words[i]; i++) {
         const char *word = r->words[i];
-        bool number = (word[0] >= '0' && word[0] <= '9') || strncmp(word, "landing", 7) == 0;
+        const bool is_kind = !r->kind && !strchr("0123456789.+", word[0]) &&
+                             strncmp(word, "landing", 7) != 0;
         if (strchr(word, '='))
             r->field[r->fields++] = word;
-        else if (number && !r->place)
-            r->place = word;
-        else if (!number && !r->kind)
+        else if (is_kind)
             inspection_kind_find(word, &r->kind, fatal);
+        else if (!r->place)
+            r->place = word;
         else
             error_set(fatal, MR_USAGE,
-                      "unexpected argument: '%s' of record; see matrig record --help", word);
+                      "unexpected argument: '%s' of record; quote a FIELD=VALUE that has blanks",
+                      word);
     }
 }
 
