@@ -465,6 +465,11 @@ enum mr_status inspection_add(struct store *store, struct inspections *all,
                          "recorded already: record %lld of %s; matrig record DB --correct %lld "
                          "FIELD=VALUE --reason TEXT changes it",
                          (long long)same->row.id, row->kind, (long long)same->row.id);
+    for (FOR_EACH(entry, all))
+        if (values && entry->row.id == row->corrects && strcmp(entry->row.fields, put.fields) == 0)
+            return error_set(error, MR_USAGE,
+                             "nothing changes: record %lld has these values already",
+                             (long long)row->corrects);
     if (store_record_add(store, &put, error) != MR_OK)
         return error->status;
     if (all->count == all->room) {

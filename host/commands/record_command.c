@@ -116,11 +116,18 @@ static void copy_values_from_last(const struct inspections *all, const struct in
 static const struct inspection *find_valid_record(const struct request *r,
                                                   const struct inspections *all, int64_t id)
 {
-    for (size_t i = 0; i < all->count; i++)
-        if (all->entry[i].row.id == id && inspection_is_valid(&all->entry[i], NULL, 0))
-            return &all->entry[i];
+    const struct inspection *entry = all->entry, *end = entry + all->count, *now;
+    while (entry < end && entry->row.id != id)
+        entry++;
+    for (now = entry; now < end && now->replaced_by;)
+        now = now->replaced_by;
+    if (now < end && now == entry && now->values)
+        return entry;
+    if (now < end && now->values)
+        error_set(fatal, MR_UNKNOWN, "no valid record %lld: record %lld corrects it; give %lld",
+                  (long long)id, (long long)now->row.id, (long long)now->row.id);
     error_set(fatal, MR_UNKNOWN, "no valid record %lld: %s; matrig record DB lists them",
-              (long long)id, r->words[0]);
+              (long long)id, now < end ? "it is withdrawn" : r->words[0]);
     return NULL;
 }
 
@@ -140,8 +147,18 @@ static enum mr_status add_record(const struct request *r, struct store *store,
         row.corrects = old->row.id;
     } else
         read_place(r, store, &row, error);
-    for (size_t i = 0; i < r->fields && error->status == MR_OK; i++)
-        inspection_parse_field(kind, r->field[i], values, error);
+    const char *place = inspection_subject(kind)->name;
+    for (size_t i = 0; i < r->fields && error->status == MR_OK; i++) {
+        if (old && *place && strcspn(r->field[i], "=") == strlen(place) &&
+            strncasecmp(r->field[i], place, strlen(place)) == 0)
+            error_set(
+                error, MR_USAGE,
+                "the %s of a record cannot be corrected; add a new record, then matrig record "
+                "DB --withdraw %lld --reason TEXT",
+                place, (long long)id);
+        else
+            inspection_parse_field(kind, r->field[i], values, error);
+    }
     for (const struct inspection_field *field = kind->field; old && field->name; field++)
         inspection_copy_value(field, old->values, values);
     if (!old && !r->csv && error->status == MR_OK)
@@ -307,7 +324,9 @@ static void check_request(const struct request *r)
         {r->compare && !r->place, "one landing only: give matrig record DB --compare RUN RUN"},
         {r->correct && !r->fields, "no field: --correct N needs FIELD=VALUE"},
         {(r->correct || r->withdraw) && (r->kind || r->place),
-         "unexpected KIND or PLACE: --correct and --withdraw need the number of the record only"},
+         "unexpected KIND or PLACE: --correct and --withdraw need the number of the record only, "
+         "and "
+         "a place cannot be corrected"},
         {r->kind && r->place && (r->csv || (r->path && r->kind->place != INSPECTION_LANDING)),
          "unexpected PLACE: a sheet names the place of each record"},
         {r->kind && r->place && r->kind->place != INSPECTION_LANDING && !acts && !r->fields,

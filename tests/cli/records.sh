@@ -77,12 +77,13 @@ corrections_keep_their_history() {
     before=$(sqlite3 "$db" 'select count(*) from records')
     record --correct 5 joint_lb_in=12.8 --reason 'read again' >/dev/null && record mat >"$tmp/said" && grep '12.8 (was 11.5)' "$tmp/said" && grep 'read again' "$tmp/said" || return 1
     [ "$(sqlite3 "$db" 'select count(*) from records')" = $((before + 1)) ] && [ "$(field "$db" 5 "['fields']['joint_lb_in']")" = 11.5 ] && [ "$(field "$db" 5 "['valid']")" = False ] || return 1
-    fails_with 2 'no valid record 5' $matrig record "$db" --correct 5 joint_lb_in=1 --reason again && fails_with 2 'needs --reason' $matrig record "$db" --correct 6 joint_lb_in=1 &&
+    fails_with 2 'no valid record 5: record 17 corrects it; give 17$' $matrig record "$db" --correct 5 joint_lb_in=1 --reason again && fails_with 2 'no valid record 99: .*; matrig record DB lists them' $matrig record "$db" --correct 99 joint_lb_in=1 --reason again &&
+        fails_with 2 'nothing changes: record 17 has these values already' $matrig record "$db" --correct 17 joint_lb_in=12.8 --reason again && fails_with 2 'the mat of a record cannot be corrected; add a new record, then matrig record DB --withdraw 17 --reason' $matrig record "$db" --correct 17 mat=3 --reason x && fails_with 2 'needs --reason' $matrig record "$db" --correct 6 joint_lb_in=1 &&
         sqlite3 "$db" "update records set fields='{}'" 2>&1 | grep 'history stays' && sqlite3 "$db" 'delete from records' 2>&1 | grep 'history stays'
 }
 withdrawn_ones_stay() {
     record --withdraw 11 --reason 'wrong mat' >/dev/null && record mat >"$tmp/said" && grep '^ *11 *8 *wrong mat' "$tmp/said" && grep '3 pass, 2 fail, 2 within' "$tmp/said" &&
-        [ "$(field "$db" 11 "['valid']")" = False ] && fails_with 2 'no valid record 11' $matrig record "$db" --withdraw 11 --reason twice
+        [ "$(field "$db" 11 "['valid']")" = False ] && fails_with 2 'no valid record 11: it is withdrawn' $matrig record "$db" --withdraw 11 --reason twice
 }
 what_was_different() {
     $matrig landing "$db" 2 --correct weight_lb=1300 --reason weighed >/dev/null
