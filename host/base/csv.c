@@ -12,7 +12,7 @@ void csv_write_cell(FILE *out, const char *text)
     fputs(quoted ? "\"" : "", out);
 }
 
-size_t csv_split(char *line, char *cell[], size_t most)
+size_t csv_split(char *line, char separator, char *cell[], size_t most)
 {
     size_t count = 0;
     line[strcspn(line, "\r\n")] = '\0';
@@ -20,7 +20,7 @@ size_t csv_split(char *line, char *cell[], size_t most)
         char *to = p;
         bool quoted = *p == '"', open = quoted;
         cell[count++] = p;
-        for (p += quoted; *p && (quoted || *p != ','); p++) {
+        for (p += quoted; *p && (quoted || *p != separator); p++) {
             if (quoted && *p == '"') {
                 quoted = p[1] == '"';
                 open = quoted;
@@ -30,7 +30,7 @@ size_t csv_split(char *line, char *cell[], size_t most)
             }
             *to++ = *p;
         }
-        bool more = *p == ',';
+        bool more = *p == separator;
         if (open)
             return 0;
         *to = '\0';

@@ -10,6 +10,6 @@ void csv_write_cell(FILE *out, const char *text);
 
 /* Splits a line in place into cells and removes their quotes and the end of the line. Returns the
  * number of cells, at most `most`; 0: a quote is not closed in this line. */
-size_t csv_split(char *line, char *cell[], size_t most);
+size_t csv_split(char *line, char separator, char *cell[], size_t most);
 
 #endif

@@ -154,7 +154,7 @@ static enum mr_status read_line(struct reader *r, char *line)
             "save the file with commas between columns and decimal points in numbers");
     if (line[strspn(line, BLANKS ",")] == '\0') /* an empty row of a spreadsheet is skipped */
         return MR_OK;
-    size_t cells = csv_split(line, cell, 3);
+    size_t cells = csv_split(line, ',', cell, 3);
     if (cells < 2)
         return refuse_points(r, MR_MALFORMED, "not a value and a code", "write VALUE,CODE");
     if (cells > 2 && cell[2][strspn(cell[2], BLANKS ",")] != '\0')

@@ -21,6 +21,7 @@
 #include "host/link/link.h"
 
 #define WORDS_MAX (INSPECTION_FIELDS_MAX + 3)
+#define CELLS_MAX 256 /* of a line of a sheet, with empty ones */
 
 struct request {
     const char *words[WORDS_MAX]; /* DB [KIND] [PLACE] FIELD=VALUE... */
@@ -202,41 +203,60 @@ static void write_csv(const struct request *r, const struct inspections *all, in
     output_end(&output, fatal);
 }
 
-/* Reads a CSV file, whose first line has the names of the columns. Each other line is a record to
- * be added. */
+/* Splits a line of a sheet. Spreadsheets may add empty cells, which are left out beyond `least`. */
+static size_t split_line(char *line, char separator, char *cell[CELLS_MAX], size_t least)
+{
+    size_t cells = csv_split(line, separator, cell, CELLS_MAX);
+    while (cells > least && !cell[cells - 1][0])
+        cells--;
+    return cells;
+}
+
+/* Reads a CSV file, whose first line has the names of the columns and the separator. Each other
+ * line is a record to be added. */
 static void read_csv(const struct request *r, struct store *store, struct inspections *all,
                      struct answer *answer)
 {
     static char text[WORDS_MAX][4096];
-    char *line = NULL, *header = NULL, *head[WORDS_MAX], *cell[WORDS_MAX];
+    char *line = NULL, *header = NULL, *head[CELLS_MAX], *cell[CELLS_MAX], separator = ',';
     size_t room = 0, columns = 0;
+    bool has_place = !*inspection_subject(r->kind)->name;
     const char *place = inspection_subject(r->kind)->name;
     json_t *names = json_object();
     struct error error = {0};
+    output_check_file_format(r->csv, "sheet of records", fatal);
     FILE *in = fopen(r->csv, "r");
     if (!in)
         error_set(fatal, MR_IO, "cannot open: %s; check the path", r->csv);
-    if (getline(&header, &room, in) >= 0)
-        columns = csv_split(header + utf8_bom_length(header, strlen(header)), head, WORDS_MAX);
-    for (size_t c = 0; c < columns; c++) {
-        snprintf(text[0], sizeof text[0], "%.60s=", head[c]);
-        if (strcasecmp(head[c], place) != 0 &&
-            inspection_parse_field(r->kind, text[0], names, &error) != MR_OK)
-            error_set(fatal, error.status, "%s, line 1: %s; commas separate the columns", r->csv,
-                      error.text);
+    if (getline(&header, &room, in) >= 0) {
+        const char *first = strpbrk(header, ",;\t");
+        separator = first ? *first : ',';
+        columns = split_line(header + utf8_bom_length(header, strlen(header)), separator, head, 1);
     }
+    for (size_t c = 0; c < columns; c++) {
+        const bool is_place = strcasecmp(head[c], place) == 0;
+        snprintf(text[0], sizeof text[0], "%.60s=", head[c]);
+        if (!is_place && inspection_parse_field(r->kind, text[0], names, &error) != MR_OK)
+            error_set(fatal, error.status, "%s, line 1: %s; the first line names the columns",
+                      r->csv, error.text);
+        has_place |= is_place;
+    }
+    if (columns && !has_place)
+        error_set(fatal, MR_MALFORMED,
+                  "%s, line 1: no column %s; add it, and write the place of each record in it",
+                  r->csv, place);
     room = 0;
     for (size_t number = 2; getline(&line, &room, in) >= 0; number++) {
         struct request one = *r;
-        if (!line[strspn(line, "\r\n")])
+        if (!line[strspn(line, ",;\t\r\n ")])
             continue;
-        size_t cells = csv_split(line, cell, WORDS_MAX);
+        size_t cells = split_line(line, separator, cell, columns);
         if (cells == 0)
             error_set(&error, MR_MALFORMED, "a quote is not closed; write each record on one line");
         else if (cells != columns)
             error_set(&error, MR_MALFORMED,
-                      "the header has %zu cells and this line %zu; quote a text that has commas",
-                      columns, cells);
+                      "the header has %zu cells and this line %zu; quote a text that has '%c'",
+                      columns, cells, separator);
         for (size_t c = 0; c < columns && error.status == MR_OK; c++) {
             if (strcasecmp(head[c], place) == 0)
                 one.place = cell[c];

@@ -483,12 +483,12 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
                                "line too long: %s, line %zu; give a survey sheet", path, number);
         else if (number == 1)
             status = find_columns(path, cell,
-                                  names = csv_split(line + utf8_bom_length(line, strlen(line)),
+                                  names = csv_split(line + utf8_bom_length(line, strlen(line)), ',',
                                                     cell, SHEET_COLUMNS_MAX),
                                   column, &mm, error);
         else if (line[strspn(line, " \t\r\n")] != '\0')
-            status = parse_row(path, number, cell, csv_split(line, cell, SHEET_COLUMNS_MAX), names,
-                               column, mm, plan, sheet, error);
+            status = parse_row(path, number, cell, csv_split(line, ',', cell, SHEET_COLUMNS_MAX),
+                               names, column, mm, plan, sheet, error);
     }
     if (status == MR_OK && ferror(file))
         status = error_set(error, MR_IO, "cannot read: %s; give a file", path);

@@ -298,14 +298,24 @@ kept_values() { # FIELD= leaves a kept value out; a corrected old record is not 
 }
 names_the_limit() { record mat 30 joint_lb_in=11 weight_lb=0.45 >"$tmp/said" && grep '^ *[0-9]* *30  fail *11 (below 12)  *0.45 ' "$tmp/said" && grep '^Limit of joint strength: report 2.5: ' "$tmp/said" && ! grep 'Limit of weight' "$tmp/said" &&
     record mat 31 slack_in=0.04 weight_lb=0.47+-0.01 >"$tmp/said" && grep '^ *[0-9]* *31  fail *0.04 (above 0.036)  *0.47 +- 0.01 (limit 0.4665) ' "$tmp/said" && $matrig --si record "$db" mat 2>&1 | grep '1.016 (above 0.9144)'; }
-headers() { # separators and columns, told as such
-    printf 'mat;joint_lb_in\n20;12.5\n' >"$tmp/h.csv"
-    fails_with 2 'h.csv, line 1: unknown field: .mat;joint_lb_in. .*commas separate the columns' $matrig record "$db" mat --csv "$tmp/h.csv" || return 1
+headers() { # columns and their separator
+    printf 'mat joint_lb_in\n20 12.5\n' >"$tmp/h.csv"
+    fails_with 2 'h.csv, line 1: unknown field: .mat joint_lb_in. .*the first line names the columns' $matrig record "$db" mat --csv "$tmp/h.csv" || return 1
+    printf 'joint_lb_in,slack_in\n12.5,0.03\n' >"$tmp/h.csv"
+    fails_with 4 'h.csv, line 1: no column mat; add it' $matrig record "$db" mat --csv "$tmp/h.csv" || return 1
     printf 'MAT,slack_in,slack_in\n20,0.03,0.03\n' >"$tmp/h.csv"
     fails_with 2 'h.csv, line 1: two values: slack_in' $matrig record "$db" mat --csv "$tmp/h.csv" || return 1
     cp "$tmp/none.db" "$tmp/h.db"
     printf 'RUN,drive\n1,coast\n' >"$tmp/h.csv"
     $matrig --quiet record "$tmp/h.db" conditions --csv "$tmp/h.csv" >/dev/null
+}
+from_a_spreadsheet() { # byte order mark, semicolons or tabs, CRLF, empty columns and lines; a workbook is named
+    cp "$tmp/none.db" "$tmp/h.db"
+    printf '\xef\xbb\xbfrun;what;station_ft;note;;\r\n1;weld;88;"a;b, c";;\r\n;;;;;\r\n1;rivet;89;;;\r\n' >"$tmp/h.csv"
+    $matrig --quiet record "$tmp/h.db" damage --csv "$tmp/h.csv" >/dev/null && [ "$(field "$tmp/h.db" 1 "['fields']")" = "{'note': 'a;b, c', 'station_ft': 88.0, 'what': 'weld'}" ] && [ "$(sqlite3 "$tmp/h.db" 'select count(*) from records')" = 2 ] || return 1
+    printf 'run\twhat\tstation_ft\n1\tweld\t90\n' >"$tmp/h.csv" && $matrig --quiet record "$tmp/h.db" damage --csv "$tmp/h.csv" >/dev/null && [ "$(field "$tmp/h.db" 3 "['fields']['station_ft']")" = 90.0 ] || return 1
+    printf 'run;what;station_ft\n1;weld;90,5\n' >"$tmp/h.csv" && fails_with 2 "line 2: a comma in a number: '90,5' for station_ft; write a point: 90.5" $matrig record "$tmp/h.db" damage --csv "$tmp/h.csv" &&
+        printf 'PK\3\4 workbook' >"$tmp/h.csv" && fails_with 4 'not a sheet of records: .*h.csv' $matrig record "$tmp/h.db" damage --csv "$tmp/h.csv"
 }
 day() { printf "$1" | timeout 600 $matrig day "$2" 2>&1 >"$tmp/said.raw"; tr '\r' '\n' <"$tmp/said.raw" >"$tmp/said"; }
 day_asks_for_what_is_used() { # once a landing, with the last values; Enter keeps them
@@ -435,6 +445,7 @@ check "records that contradict themselves are refused" rules
 check "kept values can be left out, and are the newest" kept_values
 check "a value beyond its limit is named" names_the_limit
 check "the header of a sheet is checked" headers
+check "a sheet from a spreadsheet program" from_a_spreadsheet
 check "slips are refused with the near word" slips
 check "limits have their sources" kinds
 finish
