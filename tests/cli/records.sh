@@ -325,18 +325,22 @@ day_asks_for_what_is_used() { # once a landing, with the last values; Enter keep
     #     look  operator weight waves | coast kept, release height, plywood x 2, tires wrong and right, the rest | damage at 88, none more | note
     day '1\njk\n\n\n\n8.5\nno\n\n500\n5.5\n\n\n\n\n\n\n\n\n70\n\n\n\n\n\n88\nweld\n\n\n\n\n\n\n\nq\n' "$tmp/d.db"
     cat "$tmp/said"
-    [ "$(grep -o 'run conditions: ' "$tmp/said" | wc -l)" = 20 ] && grep -q 'propulsion on the track, coast|truck (Enter: coast): ' "$tmp/said" && grep -q 'tire pressure, psi (Enter: 5): ' "$tmp/said" && ! grep 'after the repair' "$tmp/said" || return 1
+    [ "$(grep -o 'run conditions: ' "$tmp/said" | wc -l)" = 20 ] && grep -q 'propulsion on the track, coast|truck (Enter: coast, -: no value): ' "$tmp/said" && grep -q 'tire pressure, psi (Enter: 5, -: no value): ' "$tmp/said" && ! grep 'after the repair' "$tmp/said" || return 1
     [ "$(sqlite3 "$tmp/d.db" "select fields from records where kind = 'conditions' order by id desc limit 1")" = '{"drive":"coast","end_weight_lb":200.0,"release_ft":8.5,"temperature_f":70.0,"tire_psi":5.5,"touchdown_plywood":"no"}' ] || { sqlite3 "$tmp/d.db" 'select * from records'; return 1; }
     [ "$(sqlite3 "$tmp/d.db" "select fields from records where kind = 'damage' order by id desc limit 1")" = '{"station_ft":88.0,"what":"weld"}' ] || return 1
     day '1\njk\n\n\n80\nweld\n\n\n\n\nopen\n\n81\nweld\n\n\n\n\nrelaid\n3\n\n\n\nq\n' "$tmp/d.db" && ! grep 'run conditions: ' "$tmp/said" || return 1 # RUN 2 has them
     [ "$(grep -o 'first RUN after the repair' "$tmp/said" | wc -l)" = 1 ] && [ "$(sqlite3 "$tmp/d.db" "select fields ->> 'repaired' from records order by id desc limit 1")" = 3.0 ]
 }
-answers_stay() { # before q and before the end of input
+answers_stay() { # before q and before the end of input; nothing is kept of questions that were not reached, nor after -
     cp "$tmp/none.db" "$tmp/q.db"
-    $matrig --quiet record "$tmp/q.db" conditions 1 drive=coast tire_psi=5 >/dev/null
-    day '1\njk\n\n\n\n9\nq\nq\nq\n' "$tmp/q.db" && [ "$(field "$tmp/q.db" 2 "['fields']")" = "{'drive': 'coast', 'release_ft': 9.0, 'tire_psi': 5.0}" ] || { cat "$tmp/said"; return 1; }
+    $matrig --quiet record "$tmp/q.db" conditions 1 drive=coast tire_psi=5 crew=abc >/dev/null
+    day '1\njk\n\n\n\n9\nq\nq\nq\n' "$tmp/q.db" && [ "$(field "$tmp/q.db" 2 "['fields']")" = "{'drive': 'coast', 'release_ft': 9.0}" ] || { cat "$tmp/said"; return 1; }
     grep -q 'q: end of the questions' "$tmp/said" && $matrig --quiet record "$tmp/q.db" --withdraw 2 --reason again >/dev/null
-    day '1\n\n\n\n\n8' "$tmp/q.db" && [ "$(field "$tmp/q.db" 4 "['fields']['release_ft']")" = 8.0 ]
+    day '1\n\n\n\n\n8' "$tmp/q.db" && [ "$(field "$tmp/q.db" 4 "['fields']")" = "{'drive': 'coast', 'release_ft': 8.0}" ] || { cat "$tmp/said"; return 1; }
+    $matrig --quiet record "$tmp/q.db" --withdraw 4 --reason again >/dev/null
+    day '1\n\n\n\n-\n\n\n\n6\nq\n' "$tmp/q.db" && [ "$(field "$tmp/q.db" 6 "['fields']")" = "{'tire_psi': 6.0}" ] || { cat "$tmp/said"; return 1; }
+    $matrig --quiet record "$tmp/q.db" --withdraw 6 --reason again >/dev/null
+    day '1\n\n\n\nq\n' "$tmp/q.db" && [ "$(sqlite3 "$tmp/q.db" 'select count(*) from records')" = 7 ]
 }
 asked_again() { # shares of 110 % are refused; the third is answered again, the rest stays
     cp "$tmp/none.db" "$tmp/a.db"
