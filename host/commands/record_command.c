@@ -349,33 +349,43 @@ static void check_request(const struct request *r)
          "a place cannot be corrected"},
         {r->kind && r->place && (r->csv || (r->path && r->kind->place != INSPECTION_LANDING)),
          "unexpected PLACE: a sheet names the place of each record"},
-        {r->kind && r->place && r->kind->place != INSPECTION_LANDING && !acts && !r->fields,
-         "no field: add FIELD=VALUE; to list all records of this kind, give matrig record DB KIND"},
     };
     for (size_t i = 0; i < sizeof checks / sizeof checks[0]; i++)
         if (checks[i].is_wrong)
             error_set(fatal, MR_USAGE, "%s; see matrig record --help", checks[i].message);
 }
 
+/* `place`: of a mat, joint or station; NaN: all places. */
 static void show_records(const struct cli *cli, const struct request *r,
-                         const struct inspections *all, int64_t run, struct answer *answer)
+                         const struct inspections *all, int64_t run, double place,
+                         struct answer *answer)
 {
-    if (all->count == 0)
-        cli_note(cli, "no records yet: %s; matrig record --kinds lists the kinds", r->words[0]);
-    inspection_add_json(all, r->kind, run, answer);
+    struct inspections shown = *all;
+    shown.entry = xcalloc(all->count + 1, sizeof *all->entry);
+    shown.count = 0;
+    for (size_t i = 0; i < all->count; i++)
+        if ((!r->kind || all->entry[i].kind == r->kind) && (!run || all->entry[i].row.run == run) &&
+            !(fabs(all->entry[i].row.place - place) > 0.0))
+            shown.entry[shown.count++] = all->entry[i];
+    if (shown.count == 0)
+        cli_note(cli,
+                 all->count ? "no record matches: %s; matrig record DB lists all"
+                            : "no records yet: %s; matrig record --kinds lists the kinds",
+                 r->words[0]);
+    inspection_add_json(&shown, r->kind, run, answer);
     for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++)
-        if (!r->kind || r->kind == kind)
-            inspection_add_table(all, kind, run, 0, answer);
-    for (size_t i = 0; i < all->count; i++) {
-        const struct inspection *entry = &all->entry[i];
+        inspection_add_table(&shown, kind, run, 0, answer);
+    for (size_t i = 0; i < shown.count; i++) {
+        const struct inspection *entry = &shown.entry[i];
         struct error error = {0};
-        if (inspection_is_valid(entry, r->kind, run) && json_object_get(entry->values, "file")) {
+        if (inspection_is_valid(entry, NULL, 0) && json_object_get(entry->values, "file")) {
             free(inspection_find_picture(all, entry, &error));
             if (error.status != MR_OK)
                 answer_add_sentence(answer, NULL, "Record %lld: %s.", (long long)entry->row.id,
                                     error.text);
         }
     }
+    free(shown.entry);
 }
 
 /* Names later records with the old value of a corrected field, which they may have kept. */
@@ -425,6 +435,7 @@ static int record_command(int argc, char **argv, const struct cli *cli)
     static struct request r;
     struct inspections all;
     struct store_landing landing;
+    struct store_record at = store_blank_record;
     int64_t run = 0;
     command_parse(&command_record, argc, argv, cli, &r, r.words, fatal);
     if (r.kinds)
@@ -437,7 +448,9 @@ static int record_command(int argc, char **argv, const struct cli *cli)
     struct store *store = begins && r.kind->place != INSPECTION_LANDING
                             ? program_open_or_create_campaign(cli, r.words[0])
                             : program_open_campaign(r.words[0], adds ? STORE_OPEN : STORE_READ);
-    if (r.place && !adds)
+    if (r.place && !adds && r.kind && r.kind->place != INSPECTION_LANDING)
+        read_place(&r, store, &at, fatal);
+    else if (r.place && !adds)
         parse_run(r.place, &run, fatal);
     store_find_run(store, &run, fatal);
     store_find_run(store, &r.compare, fatal);
@@ -456,7 +469,7 @@ static int record_command(int argc, char **argv, const struct cli *cli)
     else if (r.path)
         write_csv(&r, &all, run);
     else if (!r.compare)
-        show_records(cli, &r, &all, run, answer);
+        show_records(cli, &r, &all, run, at.place, answer);
     else if (inspection_add_differences(store, &all, false, r.compare, run, answer, fatal) == 0)
         answer_add_sentence(answer, NULL,
                             inspection_has_valid_record(&all, NULL, run)

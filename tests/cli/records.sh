@@ -67,6 +67,10 @@ within its error of the limit|subgrade 60 cbr_percent=10+-2
 T
     [ "$(field "$db" 14 "['station_ft']")" = 40.0 ] # 12.192 m
 }
+of_a_place() { # a mat, a station
+    $matrig record "$db" mat 2 >"$tmp/said" && cat "$tmp/said" && grep -c '^ *[0-9]* *2 *fail' "$tmp/said" | grep '^1$' && grep '^0 pass, 1 fail,' "$tmp/said" && [ "$($matrig --json record "$db" subgrade 40ft | grep -o '"id"' | wc -l)" = 2 ] &&
+        $matrig record "$db" mat 400 2>&1 | grep 'no record matches: ' && fails_with 2 'out of range: 421 for mat' $matrig record "$db" mat 421
+}
 worst_first() {
     record mat >"$tmp/said" || return 1
     cat "$tmp/said"
@@ -397,7 +401,7 @@ slips() {
         fails_with 2 'out of range: 500 for tire_psi; allowed: 1 to 200 psi' $matrig record "$db" conditions 1 tire_psi=500 && fails_with 2 'a length instead of a stress' $matrig record "$db" conditions 1 tire_psi=5in &&
         fails_with 2 'needs RUN' $matrig record "$db" conditions tire_psi=5 && fails_with 2 'not a whole number: 1.5 for mat' $matrig record "$db" mat 1.5 joint_lb_in=12 && fails_with 2 'needs no place' $matrig record "$db" launch 3 drop_ft=20 && fails_with 2 'RUN 9' $matrig record "$db" conditions 9 tire_psi=5 &&
         fails_with 2 'did you mean coast\?' $matrig record "$db" conditions 1 drive=cost && fails_with 2 'no kind' $matrig record "$db" 1 tire_psi=5 && fails_with 2 'more than one action' $matrig record "$db" --correct 1 --withdraw 2 &&
-        fails_with 2 'recorded already: record 1 of conditions; .* --correct 1 ' $matrig record "$db" conditions 1 tire_psi=5 && fails_with 2 'to list all records' $matrig record "$db" mat 9 &&
+        fails_with 2 'recorded already: record 1 of conditions; .* --correct 1 ' $matrig record "$db" conditions 1 tire_psi=5 &&
         fails_with 2 'unexpected KIND' $matrig record "$db" conditions --correct 1 tire_psi=5 --reason x && fails_with 2 'one landing only' $matrig record "$db" --compare 1 &&
         fails_with 3 'no such database' $matrig record "$tmp/mistyped.db" conditions 1 tire_psi=5 && fails_with 3 'no such database' $matrig record "$tmp/mistyped.db" --withdraw 1 --reason x && [ ! -e "$tmp/mistyped.db" ]
 }
@@ -417,6 +421,7 @@ check "a record is added, with units" adds
 check "fields left out keep the last value, and the answer lists them" keeps_the_last
 check "a standard error stays with its value" errors_stay_with_their_value
 check "pass, fail, within the error of a limit" passes_and_fails
+check "the records of a mat or station are listed" of_a_place
 check "acceptance has the worst first, and counts" worst_first
 check "corrections keep their history" corrections_keep_their_history
 check "withdrawn records stay, and do not count" withdrawn_ones_stay
