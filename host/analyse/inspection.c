@@ -156,8 +156,8 @@ enum mr_status inspection_parse_number(const struct inspection_field *field, con
                                        struct estimate *number, struct error *error)
 {
     char part[2][120];
-    const char *unit[2], *sign = strstr(text, "+-") ?: strstr(text, "\xc2\xb1") ?: strstr(text, "+/-"),
-                         *own = quantity_unit_from_name(field->name);
+    const char *unit[2], *own = quantity_unit_from_name(field->name);
+    const char *sign = strstr(text, "+-") ?: strstr(text, "\xc2\xb1") ?: strstr(text, "+/-");
     snprintf(part[0], 60, "%.*s", sign ? (int)(sign - text) : 59, text);
     snprintf(part[1], 60, "%s", sign ? sign + 2 + (sign[1] == '/') : "0");
     for (int i = 0; i < 2; i++) {

@@ -8,8 +8,8 @@
 
 /* Asks for a record, one question per field. An empty line keeps the value in `last`, "-" removes
  * it; at a first field without such a value an empty line ends the questions for the kind, as q
- * does. Values of questions that were not asked are not kept. `again`: the record `last` was refused
- * and is asked for again. Returns false when the questions for the kind have ended. */
+ * does. Values of questions that were not asked are not kept. `again`: the record `last` was
+ * refused and is asked for again. Returns false when the questions for the kind have ended. */
 static bool ask_record(const char *db, int64_t run, const struct inspection_kind *kind,
                        const json_t *last, bool again, struct error *error)
 {
