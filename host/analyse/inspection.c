@@ -639,8 +639,8 @@ static void add_cell(const struct inspection *entry, const struct inspection_fie
     fact->is_number = field->type == INSPECTION_NUMBER;
 }
 
-static void add_place(const struct inspection *entry, const char *name, const char *label,
-                      struct answer *answer)
+static void add_subject(const struct inspection *entry, const char *name, const char *label,
+                        struct answer *answer)
 {
     if (entry->kind->place == INSPECTION_STATION)
         answer_add_value(answer, name ? "station" : NULL, label ? "station" : NULL, UNIT_STATION,
@@ -693,9 +693,9 @@ void inspection_add_table(const struct inspections *all, const struct inspection
         answer_open_row(answer);
         answer_add_count(answer, NULL, "record", rows[i]->row.id);
         if (!run)
-            add_place(rows[i], NULL,
-                      kind->place == INSPECTION_LANDING ? "RUN" : inspection_subject(kind)->name,
-                      answer);
+            add_subject(rows[i], NULL,
+                        kind->place == INSPECTION_LANDING ? "RUN" : inspection_subject(kind)->name,
+                        answer);
         if (get_withdrawal_reason(rows[i]))
             answer_add_text(answer, NULL, "withdrawn", "%s", get_withdrawal_reason(rows[i]));
         if (judged)
@@ -735,7 +735,7 @@ void inspection_add_json(const struct inspections *all, const struct inspection_
         answer_open_row(answer);
         answer_add_count(answer, "id", NULL, row->id);
         answer_add_text(answer, "kind", NULL, "%s", row->kind);
-        add_place(entry, inspection_subject(entry->kind)->name, NULL, answer);
+        add_subject(entry, inspection_subject(entry->kind)->name, NULL, answer);
         answer_add_json(answer, "fields",
                         entry->values ? json_deep_copy(entry->values) : json_null());
         answer_add_text_or_missing(

@@ -40,7 +40,7 @@ static struct zone_warning find_first_warning(const struct measured_landing *mea
         .predicted_lead_s = (double)NAN,
         .predicted_lead_error_s = (double)NAN,
         .predicted_lead_block = STORE_NONE,
-        .predicted_lead_t_s = (double)NAN,
+        .predicted_lead_made_t_s = (double)NAN,
         .predicted_lead_start_ft = (double)NAN,
         .actual_lead_s = (double)NAN,
         .reason = STORE_NONE,
@@ -90,7 +90,7 @@ static enum mr_status load_warning_reason(struct store *store,
     found = zones_find_prediction(row, count, warning->predicted_lead_block);
     if (found) {
         double ignored,
-            speed_ft_s = measured_speed_ft_s(measured, warning->predicted_lead_t_s, &ignored);
+            speed_ft_s = measured_speed_ft_s(measured, warning->predicted_lead_made_t_s, &ignored);
         warning->predicted_lead_error_s = found->start_error_ft / speed_ft_s;
     }
     free(row);
@@ -108,11 +108,11 @@ static void find_warning(const struct measured_landing *measured, struct zones *
             *warning = find_first_warning(measured, row);
         if (isnan(warning->predicted_lead_s) && !isnan(row->lead_s)) {
             warning->predicted_lead_s = row->lead_s;
-            warning->predicted_lead_t_s = zones_time_s(measured, row);
+            warning->predicted_lead_made_t_s = zones_time_s(measured, row);
             warning->predicted_lead_block = row->block;
             warning->predicted_lead_start_ft = row->start_ft;
             warning->actual_lead_s = measured_arrival_time_s(measured, row->start_ft) -
-                                     warning->predicted_lead_t_s;
+                                     warning->predicted_lead_made_t_s;
         }
         if (row->mats > warning->longest_mats) {
             warning->longest_mats = row->mats;
@@ -299,13 +299,13 @@ static void add_lead_time(const struct zone_warning *w, struct answer *answer)
     if (is_at_zone)
         answer_add_text(answer, NULL, label, "none: the wheel was at the zone");
     if (isfinite(w->predicted_lead_s) && isfinite(w->actual_lead_s))
-        answer_append_remark(answer, ", reported at %.2f s; actual %.2f s", w->predicted_lead_t_s,
-                             w->actual_lead_s);
+        answer_append_remark(answer, ", reported at %.2f s; actual %.2f s",
+                             w->predicted_lead_made_t_s, w->actual_lead_s);
     else if (isfinite(w->predicted_lead_s))
-        answer_append_remark(answer, ", reported at %.2f s; actual: %s", w->predicted_lead_t_s,
+        answer_append_remark(answer, ", reported at %.2f s; actual: %s", w->predicted_lead_made_t_s,
                              get_not_reached_text(w));
-    answer_add_value(answer, "time_to_zone_t", NULL, UNIT_TIME, w->predicted_lead_t_s, 3)->digits =
-        9;
+    answer_add_value(answer, "time_to_zone_t", NULL, UNIT_TIME, w->predicted_lead_made_t_s, 3)
+        ->digits = 9;
     answer_add_value(answer, "time_to_zone_start", NULL, UNIT_STATION, w->predicted_lead_start_ft,
                      1)
         ->digits = 9;

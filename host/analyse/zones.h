@@ -60,7 +60,7 @@ struct zone_warning {
     /* standard error, from that of the zone's start; NaN: not known */
     double predicted_lead_error_s;
     int64_t predicted_lead_block;
-    double predicted_lead_t_s;
+    double predicted_lead_made_t_s;
     double predicted_lead_start_ft; /* start of the zone in the message with predicted_lead_s */
     /* actual time until the wheel reached predicted_lead_start_ft; NaN: it stopped before, or the
      * time is not known */

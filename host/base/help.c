@@ -99,12 +99,12 @@ const struct command *help_find(const struct command_table *table, const char *n
 /* Copies of the first words of all terms. They must exist as long as the suggestion, which may
  * point to one of them. */
 #define FIRST_WORDS_MAX 40
-struct first_words {
+struct option_first_words {
     char word[FIRST_WORDS_MAX][20];
     size_t count;
 };
 
-static void suggest_words(const struct command *command, struct first_words *words,
+static void suggest_words(const struct command *command, struct option_first_words *words,
                           struct spell_suggest *near)
 {
     for (size_t i = 0; i < command->part_count; i++) {
@@ -122,7 +122,7 @@ static void suggest_words(const struct command *command, struct first_words *wor
 void help_suggest_word(const struct command *command, const char *word,
                        char out[static SPELL_SUGGEST_TEXT_SIZE])
 {
-    struct first_words words = {.count = 0};
+    struct option_first_words words = {.count = 0};
     struct spell_suggest near;
     spell_suggest_begin(&near, word);
     suggest_words(command, &words, &near);

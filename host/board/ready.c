@@ -702,7 +702,7 @@ static void check_can(const struct ready_inputs *f, struct ready_report *report)
         return;
     }
     /* on a shared bus, messages at this base may come from another board */
-    if (f->can_frames > 0 && (serial[0] | serial[1]) &&
+    if (f->can_frame_count > 0 && (serial[0] | serial[1]) &&
         (serial[0] != can[0] || serial[1] != can[1])) {
         bool is_identified = (can[0] | can[1]) != 0;
         identity_uid_text(&f->board_on_can, uid);
@@ -719,13 +719,15 @@ static void check_can(const struct ready_inputs *f, struct ready_report *report)
                                       : f->identity.hello.clock_source != 0;
     ready_add_check(report,
                     verdict_if(f->alarm_known && f->alarm.state == MR_CAN_GOOD &&
-                               f->can_frames > 0 && f->can_lost == 0 && f->can_dropped == 0),
+                               f->can_frame_count > 0 && f->can_lost_count == 0 &&
+                               f->can_dropped_count == 0),
                     "CAN", "good, none lost",
                     kept_silent ? "the board keeps CAN silent until its clock is exact: see clock"
-                    : f->can_frames == 0 ? "check connector, terminators and bit rate"
-                                         : "check the bus and the load of this computer",
+                    : f->can_frame_count == 0 ? "check connector, terminators and bit rate"
+                                              : "check the bus and the load of this computer",
                     "%s; %lld frames, %lld lost, %lld dropped by the board", state,
-                    (long long)f->can_frames, (long long)f->can_lost, (long long)f->can_dropped);
+                    (long long)f->can_frame_count, (long long)f->can_lost_count,
+                    (long long)f->can_dropped_count);
 }
 
 static void check_computer(const struct ready_inputs *f, struct ready_report *report)
@@ -768,10 +770,10 @@ void ready_check_all(const struct ready_inputs *f, struct ready_report *report)
     check_temperature(f, report);
     check_faults(f, report);
     check_can(f, report);
-    ready_add_check(report, verdict_if(!f->serial_lost && !f->serial_dropped), "serial",
+    ready_add_check(report, verdict_if(!f->serial_lost_count && !f->serial_dropped_count), "serial",
                     "none lost", "check the cable and the load of this computer",
                     "%lld frames, %lld lost, %lld dropped by the board",
-                    (long long)f->serial_frames, (long long)f->serial_lost,
-                    (long long)f->serial_dropped);
+                    (long long)f->serial_frame_count, (long long)f->serial_lost_count,
+                    (long long)f->serial_dropped_count);
     check_computer(f, report);
 }

@@ -122,10 +122,10 @@ struct ready_inputs {
     struct mr_restarts restarts;
     /* numbers of CAN frames of this board: received, lost, dropped; also of another board at its
      * CAN base */
-    int64_t can_frames, can_lost, can_dropped;
+    int64_t can_frame_count, can_lost_count, can_dropped_count;
     uint16_t can_base;
     struct identity board_on_can; /* identity of the board on CAN; uid 0: not identified */
-    int64_t serial_frames, serial_lost, serial_dropped;
+    int64_t serial_frame_count, serial_lost_count, serial_dropped_count;
     struct mr_fault fault[MR_FAULT_COUNT];   /* faults of the board; count 0: none since reset */
     uint16_t fault_increase[MR_FAULT_COUNT]; /* increase of the counts during the check */
 };

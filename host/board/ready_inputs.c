@@ -86,9 +86,9 @@ static void handle_serial_message(struct input_query *a, const struct dialogue_m
         struct mr_fault fault;
         struct mr_self_test test;
     } m;
-    f->serial_frames++;
+    f->serial_frame_count++;
     if (a->seq_known)
-        f->serial_lost += (uint16_t)(message->seq - a->last_seq - 1u);
+        f->serial_lost_count += (uint16_t)(message->seq - a->last_seq - 1u);
     a->last_seq = message->seq;
     a->seq_known = true;
     switch (message->id) {
@@ -113,11 +113,12 @@ static void handle_serial_message(struct input_query *a, const struct dialogue_m
         break;
     case MR_ID_CAN_HEALTH:
         if (DECODE_MESSAGE(can_health, m.can))
-            f->can_dropped = update_increase(&a->can_dropped_increase, m.can.dropped);
+            f->can_dropped_count = update_increase(&a->can_dropped_increase, m.can.dropped);
         break;
     case MR_ID_SERIAL_HEALTH:
         if (DECODE_MESSAGE(serial_health, m.serial))
-            f->serial_dropped = update_increase(&a->serial_dropped_increase, m.serial.dropped);
+            f->serial_dropped_count = update_increase(&a->serial_dropped_increase,
+                                                      m.serial.dropped);
         break;
     case MR_ID_FAULT:
         if (DECODE_MESSAGE(fault, m.fault) && m.fault.code < MR_FAULT_COUNT)
@@ -157,11 +158,11 @@ static void handle_can_message(struct input_query *a, const struct dialogue_mess
             a->can_sent_before = health.sent;
             a->can_received_count = 0;
         } else {
-            f->can_lost = lost > 0 ? lost : 0;
+            f->can_lost_count = lost > 0 ? lost : 0;
         }
     }
     a->can_received_count++;
-    f->can_frames++;
+    f->can_frame_count++;
 }
 
 static enum mr_status handle_message(void *context, const struct dialogue_message *message,

@@ -61,7 +61,7 @@ struct session {
  * boot ROM, with stack pointer and entry from 0x1FFF0000 (AN2606), as in firmware/f407/board.c.
  *
  *     ldr r0, =0x1fff0000;  ldr r1, [r0];  msr msp, r1;  ldr r1, [r0, #4];  bx r1 */
-static const uint8_t rom_instructions[24] = {
+static const uint8_t boot_rom_instructions[24] = {
     0x00, 0x20, 0x00, 0x20, 0x09, 0x00, 0x00, 0x08, 0x02, 0x48, 0x01, 0x68,
     0x81, 0xf3, 0x08, 0x88, 0x41, 0x68, 0x08, 0x47, 0x00, 0x00, 0xff, 0x1f,
 };
@@ -214,8 +214,8 @@ static enum mr_status stm32flash_program(const struct session *to, struct error 
 {
     static const char *const files[] = {"part.bin"};
     const struct imagefile *image = &to->image;
-    struct image_part first = {"jump to the boot ROM", 0, rom_instructions, sizeof rom_instructions,
-                               false};
+    struct image_part first = {"jump to the boot ROM", 0, boot_rom_instructions,
+                               sizeof boot_rom_instructions, false};
     struct image_part program = {.name = "program"},
                       vectors = {.name = "vectors", .is_program_started = true};
     char folder[TEMPORARY_FOLDER_SIZE];
@@ -232,7 +232,7 @@ static enum mr_status stm32flash_program(const struct session *to, struct error 
 
 /* ---- into the boot ROM ---- */
 
-static void enter_rom(struct session *session)
+static void enter_boot_rom(struct session *session)
 {
     struct mr_ack ack;
     const struct dialogue_command order = {.code = MR_COMMAND_BOOTROM,
@@ -309,7 +309,7 @@ static void identify_firmware(struct session *session)
         return;
     if (!session->is_same_image && session->image.has_header)
         cli_note(session->cli, "flash: %s", why);
-    enter_rom(session);
+    enter_boot_rom(session);
 }
 
 /* ---- back to the firmware ---- */

@@ -168,7 +168,7 @@ static int run_checks(const struct request *request, struct ready_inputs *f)
 
 static volatile sig_atomic_t interrupted;
 
-static void note_signal(int number)
+static void handle_interrupt(int number)
 {
     (void)number;
     interrupted = 1;
@@ -267,7 +267,7 @@ static int run_walk_test(const struct request *request, struct ready_inputs *f)
              "walk along the rig; the test ends when all sensors have responded, after %.0f s, or "
              "with Ctrl-C",
              WALK_TIMEOUT_S);
-    signal(SIGINT, note_signal);
+    signal(SIGINT, handle_interrupt);
     if (run_walk(dialogue, &walking, &error) != MR_OK)
         return cli_fail(&error);
     walk_check_responses(&walking.walk, &report);

@@ -44,8 +44,8 @@ static void add_survey_heading(const struct survey *survey, struct answer *answe
     answer_add_text(answer, "note", row->note[0] ? "note" : NULL, "%s", row->note);
 }
 
-static const char *const line_names[SURVEY_DIAGONALS] = {"line 1", "line 2", "line 3", "line 4",
-                                                         "line 5", "line 6", "line 7"};
+static const char *const reading_line_names[SURVEY_DIAGONALS] = {
+    "line 1", "line 2", "line 3", "line 4", "line 5", "line 6", "line 7"};
 
 /* Adds the changes between gage points along the runway. The printed table has only places with
  * readings; for the JSON, add_matrices adds all places. */
@@ -69,7 +69,7 @@ static void add_spans(const struct survey *survey, const struct survey_results *
         for (unsigned line = 0; line < SURVEY_LINES; line++) {
             double gap_in = (changed ? found->since_previous.change.gap_in
                                      : survey->readings.gap_in)[line][k];
-            answer_add_value(answer, NULL, line_names[line], UNIT_DISPLACEMENT, gap_in, 4)
+            answer_add_value(answer, NULL, reading_line_names[line], UNIT_DISPLACEMENT, gap_in, 4)
                 ->shows_sign = changed;
         }
         answer_add_estimate(answer, NULL, "opening", UNIT_DISPLACEMENT,
@@ -108,7 +108,7 @@ static void add_across_and_diagonals(const struct survey_readings *change, struc
             else
                 answer_add_count(answer, NULL, "ten mats", k + 1);
             for (unsigned line = 0; line < tables[t].lines; line++)
-                answer_add_value(answer, NULL, line_names[line], UNIT_DISPLACEMENT,
+                answer_add_value(answer, NULL, reading_line_names[line], UNIT_DISPLACEMENT,
                                  tables[t].value_in[line * tables[t].places + k], 4)
                     ->shows_sign = true;
         }
@@ -129,8 +129,8 @@ static void add_movement(const struct survey_results *found, struct answer *answ
         answer_add_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_LENGTH_FT * k, 1);
         for (unsigned line = 0; line < SURVEY_LINES; line++) {
             const struct survey_estimate *u = &found->since_previous.movement[line][k];
-            answer_add_estimate(answer, NULL, line_names[line], UNIT_DISPLACEMENT, u->value_in,
-                                u->error_in, 3)
+            answer_add_estimate(answer, NULL, reading_line_names[line], UNIT_DISPLACEMENT,
+                                u->value_in, u->error_in, 3)
                 ->shows_sign = true;
         }
         answer_add_value(answer, NULL, "bow", UNIT_DISPLACEMENT, found->since_first.bow[k].value_in,
@@ -563,8 +563,8 @@ static int withdraw_survey(const struct request *request, struct store *store)
 }
 
 /* Refuses to finish an empty survey, which would hide the previous survey. */
-static void check_before_end(const struct request *request, struct store *store,
-                             struct survey *survey)
+static void check_completeness(const struct request *request, struct store *store,
+                               struct survey *survey)
 {
     bool found = false;
     survey_load_unfinished(store, survey, &found, fatal);
@@ -586,7 +586,7 @@ static void run_survey(const struct request *request, struct store *store, struc
                                     .source = request->from ? request->from : "keyboard"};
     store_set_durable(store, fatal);
     if (request->end)
-        check_before_end(request, store, survey);
+        check_completeness(request, store, survey);
     else
         begin_survey(request, store, survey);
     int64_t id = survey->row.id;
@@ -638,7 +638,7 @@ static enum mr_status handle_slack(void *context, const struct dialogue_message 
     return MR_OK;
 }
 
-static bool are_all_segments_received(const void *context)
+static bool has_all_segments(const void *context)
 {
     return ((const struct board_load *)context)->received_count == SURVEY_SPANS;
 }
@@ -654,14 +654,13 @@ static void send_command(struct board_load *l, unsigned code, unsigned segment, 
                      "a landing is armed or in progress; disarm it, or wait", fatal);
 }
 
-static void read_back_slacks(struct board_load *l)
+static void read_stored_slacks(struct board_load *l)
 {
     memset(l->received, 0, sizeof l->received);
     l->received_count = 0;
     for (int tries = 0; tries < TRIES_MAX; tries++) {
         send_command(l, MR_COMMAND_STATE, 0, 0);
-        if (dialogue_wait_until(l->dialogue, are_all_segments_received, l, ANSWER_TIMEOUT_S,
-                                fatal) == MR_OK)
+        if (dialogue_wait_until(l->dialogue, has_all_segments, l, ANSWER_TIMEOUT_S, fatal) == MR_OK)
             return;
     }
     error_set(fatal, MR_TIMEOUT,
@@ -707,7 +706,7 @@ static void load_board(const struct request *request, struct store *store,
                      (int32_t)lround(slack_in / OPENING_RESOLUTION_IN));
         loaded->sent_segment_count++;
     }
-    read_back_slacks(&loading);
+    read_stored_slacks(&loading);
     compare_slacks(&loading, &found->slack, loaded);
     dialogue_close(loading.dialogue);
     store_gage_load_add(store, survey->row.id, (int64_t)link_now_us(), request->load,

@@ -390,7 +390,7 @@ struct link_reader {
     void *context;
     bool is_recording; /* the link is a recording, which is read without a thread */
     bool has_ended;
-    bool is_dropping;
+    bool is_discarding_data;
     /* number of faults and bad lines of the link that the queue already contains */
     uint64_t queued_fault_total;
     pthread_t thread;
@@ -438,7 +438,7 @@ static void queue_counters(struct link_reader *reader)
 
 static void count_dropped_data(struct link_reader *reader, size_t count)
 {
-    reader->is_dropping = true;
+    reader->is_discarding_data = true;
     link_count_event(reader->link, reader->find_loss_cause(reader->context), count);
     atomic_fetch_add(&reader->lost_count, count);
 }
@@ -449,11 +449,11 @@ static bool queue_data(struct link_reader *reader, const struct link_frame *fram
                        uint64_t host_us)
 {
     size_t count = reader->kind == LINK_CAN ? 1 : length;
-    if (reader->is_dropping && link_queue_is_nearly_full(reader->queue)) {
+    if (reader->is_discarding_data && link_queue_is_nearly_full(reader->queue)) {
         count_dropped_data(reader, count);
         return true;
     }
-    reader->is_dropping = false;
+    reader->is_discarding_data = false;
     queue_counters(reader);
     for (;;) {
         bool has_data = reader->kind == LINK_CAN
@@ -517,10 +517,11 @@ static void service_link(struct link_reader *reader)
 {
     struct error reason = {0};
     enum mr_status status = link_service(reader->link, &reason);
-    reader->is_dropping = reader->is_dropping && link_queue_is_nearly_full(reader->queue);
+    reader->is_discarding_data = reader->is_discarding_data &&
+                                 link_queue_is_nearly_full(reader->queue);
     if (status != MR_OK && status != MR_TOO_FEW)
         end_reading(reader, &reason);
-    else if (!reader->is_dropping)
+    else if (!reader->is_discarding_data)
         queue_counters(reader);
 }
 

@@ -559,7 +559,7 @@ static void discard_landing(struct live_hub *hub, bool faults)
 }
 
 /* Adds a message to the next event. */
-static void add_to_next_event(struct live_hub *hub, const char *text)
+static void append_to_next_event(struct live_hub *hub, const char *text)
 {
     if (!hub->pending_stream)
         hub->pending_stream = open_memstream(&hub->pending_text, &hub->pending_length);
@@ -575,7 +575,7 @@ static void add_notice(struct live_hub *hub, const char *severity, bool is_outco
         "{sssIsisnsssbso}", "m", "notice", "t", (json_int_t)link_now_us(), "l", (int)LINK_SERIAL,
         "b", "severity", severity, "outcome", is_outcome, "notice", text_to_json(words)));
     if (text)
-        add_to_next_event(hub, text);
+        append_to_next_event(hub, text);
     if (is_outcome) /* for pages that are opened later */
         store_slot(hub, make_slot_key(OUTCOME_MESSAGE_INDEX, LINK_SERIAL, 0), text);
     else
@@ -606,7 +606,7 @@ static void show_message(struct live_hub *hub, const struct collector_event *eve
         free(text);
         return;
     }
-    add_to_next_event(hub, text);
+    append_to_next_event(hub, text);
     bool warns = m->index == MR_INDEX_ZONE_LEAD && m->as.zone_lead.warning;
     /* A warning begins: also store its zone. The message with the zone arrived before this one. */
     if (warns && !hub->is_warning) {

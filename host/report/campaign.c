@@ -81,7 +81,7 @@ static void write_mark_note(const struct report *report, const char *mark, const
     size_t count = 0;
     bool *of = xcalloc(report->landings + 1, sizeof *of);
     for (size_t i = 0; i < report->landings; i++) {
-        of[i] = strstr(report->facts[i].marks, mark) != NULL;
+        of[i] = strstr(report->facts[i].quality_text, mark) != NULL;
         count += of[i];
     }
     if (count) {
@@ -421,8 +421,8 @@ static void draw_band_tension(const struct report *report, unsigned bands, FILE 
                 if (!facts->has_motion_fit || facts->band[b].gage_count == 0)
                     continue;
                 x[count] = facts->deceleration_ft_s2.value;
-                half[count] = SUMMARY_HALF_WIDTH_95 *
-                              (rose ? facts->band[b].rise_error_lb : facts->band[b].fall_error_lb);
+                half[count] = SUMMARY_HALF_WIDTH_95 * (rose ? facts->band[b].tension_rise_error_lb
+                                                            : facts->band[b].tension_fall_error_lb);
                 y[count++] = rose ? facts->band[b].rise_lb : facts->band[b].fall_lb;
             }
             figure_add_series(&figure, &(struct chart_series){name, b, "apart", x, y, half, count});
@@ -450,10 +450,10 @@ static void add_tension_row(const struct report_facts *facts, struct answer *ans
             continue;
         snprintf(head, sizeof head, "band %u: largest fall", b + 1);
         answer_add_estimate(answer, NULL, head, UNIT_TENSION, facts->band[b].fall_lb,
-                            facts->band[b].fall_error_lb, 2);
+                            facts->band[b].tension_fall_error_lb, 2);
         snprintf(head, sizeof head, "band %u: largest rise", b + 1);
         answer_add_estimate(answer, NULL, head, UNIT_TENSION, facts->band[b].rise_lb,
-                            facts->band[b].rise_error_lb, 2);
+                            facts->band[b].tension_rise_error_lb, 2);
     }
 }
 
@@ -653,8 +653,8 @@ static void write_warnings(const struct report *report, FILE *out)
 
 /* Returns the first landing after an advice, to which the advice applies. NULL: it has not taken
  * place yet, or is not in this report. */
-static const struct report_facts *find_landing_after(const struct report *report,
-                                                     const struct store_advice *advice)
+static const struct report_facts *find_next_landing(const struct report *report,
+                                                    const struct store_advice *advice)
 {
     for (size_t i = 0; i < report->landings; i++) {
         if (report->facts[i].landing.id > advice->after_run)
@@ -703,7 +703,7 @@ static void add_advice_row(const struct store_advice *advice, const struct repor
 static void add_advice_rows(const struct report *report, const struct store_advice *advice,
                             size_t number, struct answer *answer)
 {
-    const struct report_facts *first = find_landing_after(report, advice);
+    const struct report_facts *first = find_next_landing(report, advice);
     add_advice_row(advice, first, number, advice->reason, answer);
     for (size_t i = 0; first && i < report->landings; i++) {
         const struct report_facts *facts = &report->facts[i];

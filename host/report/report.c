@@ -55,16 +55,16 @@ static void set_band_tensions(const struct measured_landing *measured, struct re
         struct report_band *change = &facts->band[band - 1];
         change->fall_lb += channel->low - channel->baseline;
         change->rise_lb += channel->high - channel->baseline;
-        change->fall_error_lb = hypot(change->fall_error_lb, channel->low_error);
-        change->rise_error_lb = hypot(change->rise_error_lb, channel->high_error);
+        change->tension_fall_error_lb = hypot(change->tension_fall_error_lb, channel->low_error);
+        change->tension_rise_error_lb = hypot(change->tension_rise_error_lb, channel->high_error);
         change->gage_count++;
     }
     for (unsigned b = 0; b < REPORT_BANDS_MAX; b++) {
         double gages = facts->band[b].gage_count ? (double)facts->band[b].gage_count : (double)NAN;
         facts->band[b].fall_lb /= gages;
         facts->band[b].rise_lb /= gages;
-        facts->band[b].fall_error_lb /= gages;
-        facts->band[b].rise_error_lb /= gages;
+        facts->band[b].tension_fall_error_lb /= gages;
+        facts->band[b].tension_rise_error_lb /= gages;
     }
 }
 
@@ -215,7 +215,7 @@ static void set_facts(const struct report_landing *landing, struct report_facts 
     facts->source = measured->source;
     facts->is_incomplete = measured->is_start_missing;
     facts->is_emulated = measured_is_emulated(&measured->landing);
-    facts->marks = measured_quality_text(measured);
+    facts->quality_text = measured_quality_text(measured);
     facts->recalibrated_channels = measured->recalibrated_channels;
     facts->has_motion_fit = measured->fit_status == MR_OK;
     facts->gate_count = measured->gate_count;

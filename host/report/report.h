@@ -58,7 +58,7 @@ struct report_facts {
     enum measured_source source;
     bool is_incomplete, has_motion_fit, has_config, is_emulated;
     const char *command_rights; /* who may send commands: mr_key_state_text; NULL: not reported */
-    const char *marks;          /* marks of the landing, from measured_quality_text */
+    const char *quality_text;   /* marks of the landing, from measured_quality_text */
     int64_t recalibrated_channels;
     size_t gate_count, switch_count, surveyed_segment_count, zone_report_count;
     size_t sensor_count,
@@ -71,7 +71,7 @@ struct report_facts {
     /* means over the gages of a band: tension, largest fall and largest rise from the tension
      * before the landing */
     struct report_band {
-        double fall_lb, rise_lb, fall_error_lb, rise_error_lb;
+        double fall_lb, rise_lb, tension_fall_error_lb, tension_rise_error_lb;
         size_t gage_count;
     } band[REPORT_BANDS_MAX];
     struct zone_warning warning;

@@ -244,7 +244,7 @@ TEST(warning_and_wheel)
     /* said from 1 s after touchdown on, every 50 ms; the wheel is at 60 ft when 57 = 35 t - 4
      * t^2 */
     assert_true(w->t_s > 1.0 - 0.001 && w->t_s < 1.051);
-    assert_near(w->predicted_lead_t_s, w->t_s, 0.0);
+    assert_near(w->predicted_lead_made_t_s, w->t_s, 0.0);
     assert_near(w->actual_lead_s, (35.0 - sqrt(35.0 * 35.0 - 16.0 * 57.0)) / 8.0 - w->t_s, 0.002);
     /* between the last switch, at 77.5 ft, and the stop; and beyond it: x = 3 + 35 t - 4 t^2 */
     assert_near(measured_arrival_time_s(&summary.measured, 79.0),

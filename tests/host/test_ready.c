@@ -70,8 +70,8 @@ static int all_well(void **state)
     f.self_test.done = 0x7f;
     f.box_state = (struct mr_box_state){.state = 2, .ready = 400, .reserve = 288};
     f.temperature.temperature_c = 21.0f;
-    f.can_frames = 1000;
-    f.serial_frames = 2000;
+    f.can_frame_count = 1000;
+    f.serial_frame_count = 2000;
     f.landing_bytes = 3e6;
     f.free_bytes = 30e6;
     return 0;
@@ -155,7 +155,7 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
     f.identity.hello.clock_source =
         2; /* its cause is named, also when the alarm has not come yet */
     f.alarm_known = false;
-    f.can_frames = 0;
+    f.can_frame_count = 0;
     no_go_advises("CAN", "see clock");
     f.time_fit.rate_ppm.value = 260.0;
     only_no_go("time of day", "+260");
@@ -210,22 +210,22 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
     only_no_go("faults", mr_fault_text(MR_FAULT_BLOCK_LATE));
     f.alarm.state = MR_CAN_UNPLUGGED;
     only_no_go("CAN", mr_can_state_text(MR_CAN_UNPLUGGED));
-    f.can_lost = 1;
+    f.can_lost_count = 1;
     only_no_go("CAN", "1 lost");
-    f.can_frames = 0;
+    f.can_frame_count = 0;
     only_no_go("CAN", "0 frames");
-    f.can_frames = 10;
+    f.can_frame_count = 10;
     f.can_base = 0x190;
     f.identity.uid[0] = 0x00310042;
     only_no_go(
         "CAN",
         "frames not from this board at base 0x190: UID on CAN unknown, on serial 0031004200000000");
-    f.can_frames = 10;
+    f.can_frame_count = 10;
     f.can_base = 0x190;
     f.identity.uid[0] = 0x00310042;
     f.board_on_can.uid[0] = 0x00310043;
     only_no_go("CAN", "another board at base 0x190: UID on CAN 0031004300000000");
-    f.serial_dropped = 1;
+    f.serial_dropped_count = 1;
     only_no_go("serial", "1 dropped");
     snprintf(f.database_fault, sizeof f.database_fault, "read-only");
     only_no_go("database", "read-only");
