@@ -193,8 +193,8 @@ enum mr_status outcome_record_load(struct store *store, struct outcome_record *r
 void outcome_record_free(struct outcome_record *record);
 
 const char *warning_outcome_text(enum warning_outcome verdict);
-/* Writes the lead time with its interval: "1.6 s (75 % interval: 1.2 to 1.9 s)", in a table "1.6 (1.2
- * to 1.9)"; "-" if there is none. */
+/* Writes the lead time with its interval: "1.6 s (75 % interval: 1.2 to 1.9 s)"; in a table "1.6
+ * (1.2 to 1.9)"; "-" if there is none. */
 #define OUTCOME_LEAD_TIME_SIZE 80
 const char *outcome_record_format_lead_time(const struct outcome_record_row *row, bool in_table,
                                             char out[OUTCOME_LEAD_TIME_SIZE]);

@@ -36,8 +36,8 @@ enum figure_range {
 /* Begins a figure. `what`: its text alternative (static). `columns`: number of plots in a row if
  * there is room. Call figure_end at its end. */
 struct figure figure_begin(FILE *out, bool si, const char *what, unsigned columns, unsigned range);
-/* Ends a figure. `caption` is HTML. `keys`: kind and text of shapes in turn, ending with NULL; kinds
- * that the figure does not have are left out. */
+/* Ends a figure. `caption` is HTML. `keys`: kind and text of shapes in turn, ending with NULL;
+ * kinds that the figure does not have are left out. */
 void figure_end(struct figure *figure, const char *const *keys, const char *caption, ...)
     __attribute__((format(printf, 3, 4)));
 
@@ -67,9 +67,9 @@ struct chart_series {
     size_t count;
 };
 void figure_add_series(struct figure *figure, const struct chart_series *series);
-/* Adds a shape. `kind` (static): "closed", "behind", "reported", "warned", "band", "mark", "stop", "lead", "sensor",
- * "seen", "damaged", "repaired", "failed", "passed". NaN in x0 or y0: the shape extends over the
- * whole axis. */
+/* Adds a shape. `kind` (static): "closed", "behind", "reported", "warned", "band", "mark", "stop",
+ * "lead", "sensor", "seen", "damaged", "repaired", "failed", "passed". NaN in x0 or y0: the shape
+ * extends over the whole axis. */
 void figure_add_shape(struct figure *figure, const char *kind, double x0, double x1, double y0,
                       double y1, const char *text);
 
