@@ -577,7 +577,7 @@ static void print_items(const struct answer *answer, size_t from, size_t to, int
         if (!item->label || is_group_empty(answer, i))
             continue;
         if (group && item->label[0])
-            fprintf(out, "%*s%s\n", indent, "", item->label);
+            text_print_wrapped(item->label, 0, (size_t)indent, TERMINAL_COLUMNS, out);
         if (group && item->kind == ANSWER_OPEN_TABLE)
             print_table(answer, i, (size_t)indent, out);
         else if (group && item->label[0])

@@ -267,6 +267,14 @@ TEST(a_sentence_in_lines_that_fit)
     assert_int_equal(strcspn(text, "\n"), 8 * 12 - 1); /* a ninth word would end at 107 */
     free(text);
     answer_free(answer);
+    answer = answer_new(false); /* a heading, too */
+    answer_open_group(answer, NULL, words);
+    answer_add_flag(answer, "flag", "flag", true);
+    answer_close_group(answer);
+    text = printed(answer, as_text);
+    assert_int_equal(strcspn(text, "\n"), 8 * 12 - 1);
+    free(text);
+    answer_free(answer);
 }
 
 TEST(nested_groups_and_lists)
