@@ -320,7 +320,8 @@ static void add_warning(const struct zone_warning *w, struct answer *answer)
 {
     answer_add_value(answer, "t", NULL, UNIT_TIME, w->t_s, 3)->digits = 9;
     answer_add_count(answer, "decided_block", NULL, w->block);
-    answer_add_count(answer, "mats", "closed mats", w->mats);
+    add_warning_reason(w, answer);
+    answer_add_count(answer, "mats", "closed zone, mats", w->mats);
     answer_add_estimate(answer, "start", "from station", UNIT_STATION, w->start_ft,
                         w->start_error_ft, 1)
         ->digits = 9;
@@ -333,7 +334,6 @@ static void add_warning(const struct zone_warning *w, struct answer *answer)
     if (w->inferred_percent > 0)
         answer_add_text(answer, NULL, "inferred", "%lld %% of the zone, from the survey only",
                         (long long)w->inferred_percent);
-    add_warning_reason(w, answer);
     add_lead_time(w, answer);
     answer_add_count(answer, "most_mats", "zone warned of, mats", w->longest_mats);
     answer_add_value(answer, "most_start", "zone warned of, start", UNIT_STATION,
