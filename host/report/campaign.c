@@ -441,7 +441,7 @@ static void add_tension_row(const struct report_facts *facts, struct answer *ans
     if (!facts->has_motion_fit)
         return;
     answer_open_row(answer);
-    answer_add_count(answer, NULL, "RUN", facts->landing.id);
+    answer_add_count(answer, NULL, "RUN", facts->landing.id)->is_run_number = true;
     answer_add_estimate(answer, NULL, "mean deceleration", UNIT_DECELERATION,
                         facts->deceleration_ft_s2.value, facts->deceleration_ft_s2.error, 3);
     for (unsigned b = 0; b < REPORT_BANDS_MAX; b++) {
@@ -549,7 +549,7 @@ static void add_predictor_row(const struct report_facts *facts, struct answer *a
         first = (struct report_zone){w->mats, w->start_ft, w->end_ft, w->start_error_ft,
                                      w->end_error_ft};
     answer_open_row(answer);
-    answer_add_count(answer, NULL, "RUN", facts->landing.id);
+    answer_add_count(answer, NULL, "RUN", facts->landing.id)->is_run_number = true;
     answer_add_count(answer, NULL, "zone reports", (int64_t)facts->zone_report_count);
     answer_add_text(
         answer, NULL, "highest level", "%s%s",
@@ -598,7 +598,7 @@ static void add_record_row(const struct outcome_record_row *row, struct answer *
     const struct outcome *outcome = &row->outcome;
     char advice[OUTCOME_ADVICE_SIZE], lead[OUTCOME_LEAD_TIME_SIZE];
     answer_open_row(answer);
-    answer_add_count(answer, NULL, "RUN", row->run);
+    answer_add_count(answer, NULL, "RUN", row->run)->is_run_number = !row->is_void;
     answer_add_text(answer, NULL, "outcome", "%s", warning_outcome_text(row->warning_outcome));
     answer_add_text(answer, NULL, "advice", "%s", outcome_record_format_advice(row, advice));
     answer_add_value(answer, NULL, "zone probability (%)", UNIT_NUMBER,
