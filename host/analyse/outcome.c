@@ -806,7 +806,7 @@ static void add_advice(const struct outcome_record *record, struct answer *answe
     }
     answer_close_group(answer);
     if (sum && none[0])
-        answer_add_text(answer, NULL, "no landing as planned", "with the advice %s", none);
+        answer_add_text(answer, NULL, "advice without a landing", "%s", none);
     answer_add_count(answer, "off_plan", "not landed as planned", (int64_t)record->off_plan_count);
 }
 
