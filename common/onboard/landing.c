@@ -116,6 +116,23 @@ static bool is_gate_before_brake(const struct landing *landing, const struct mr_
     return landing->is_braked && gate->t_s < brake_s + MR_BRAKE_DELAY_S;
 }
 
+/* Standard error of the braking that the first gates under braking do not show yet; landings brake
+ * at 4 to 12 ft/s2. */
+#define UNKNOWN_BRAKING_FT_S2 6.0
+#define BRAKED_GATES_MIN      3u /* gates that determine a constant deceleration */
+
+/* Two gates under braking give the mean speed between them, and one gate with those before braking
+ * only a part of the deceleration. */
+static void add_unknown_braking(const struct mr_passage *passage, unsigned braked_gates,
+                                struct mr_motion_estimate *motion)
+{
+    if (braked_gates == 0 || braked_gates >= BRAKED_GATES_MIN)
+        return;
+    const struct mr_gate *last = &passage->gate[passage->gate_count - 1u];
+    motion->speed_ft_s.error += 0.5 * UNKNOWN_BRAKING_FT_S2 * (last->t_s - last[-1].t_s);
+    motion->deceleration_ft_s2.error += UNKNOWN_BRAKING_FT_S2;
+}
+
 static void estimate_motion(struct landing *landing, const struct mr_config *config)
 {
     const struct mr_passage *passage = &landing->passage;
@@ -135,6 +152,9 @@ static void estimate_motion(struct landing *landing, const struct mr_config *con
     landing->is_motion_known =
         mr_gates_latest_motion(passage->gate + skip, passage->gate_count - skip,
                                (double)config->site[0].switch_error_ft, &landing->motion) == MR_OK;
+    if (landing->is_motion_known)
+        add_unknown_braking(passage, passage->gate_count - landing->gates_before_braking,
+                            &landing->motion);
 }
 
 /* Assigns an edge of an identified switch to a landing, to a push-back, or to neither. */

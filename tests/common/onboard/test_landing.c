@@ -345,3 +345,31 @@ TEST_IN(a_late_brake_is_known_by_its_edge, rig_before, NULL)
             assert_true(fabs(landing.motion.deceleration_ft_s2.value - 9.0) > 0.5);
     }
 }
+
+/* 30 ft/s, 9 ft/s2 from touchdown at 3 ft: the errors hold from the first gate under braking on. */
+TEST_IN(the_errors_hold_when_braking_begins, rig_before, NULL)
+{
+    unsigned position = 1, checked = 0;
+    seed_state = 7;
+    open_codes = 0.0;
+    landing_start(&landing);
+    assert_int_equal(landing_arm(&landing, 1, 0), MR_OK);
+    for (uint32_t index = 0; checked < 7; index++) {
+        double beyond_ft = -2.5 + 5.0 * (position - 1) - 3.0,
+               open_s = 1.0 + (beyond_ft <= 0.0 ? beyond_ft / 30.0
+                                                : (30.0 - sqrt(900.0 - 18.0 * beyond_ft)) / 9.0);
+        uint32_t tick = 4000000000u + (uint32_t)llround(open_s * 84e6);
+        bool opens = open_s < 1e-3 * (index + 1);
+        next_block(index, &tick, opens);
+        if (opens)
+            open_codes += step_of(position++);
+        if (landing.passage.gate_count <= checked || ++checked < 3)
+            continue; /* no gate under braking yet */
+        const struct mr_motion_estimate *motion = &landing.motion;
+        double speed_ft_s = sqrt(900.0 - 18.0 * (5.0 * (checked - 1) - 5.5));
+        assert_near(motion->speed_ft_s.value, speed_ft_s, 1.96 * motion->speed_ft_s.error);
+        assert_true(checked == 4 || fabs(motion->deceleration_ft_s2.value - 9.0) <=
+                                        1.96 * motion->deceleration_ft_s2.error);
+        assert_true(checked < 5 || motion->speed_ft_s.error < 0.1);
+    }
+}
