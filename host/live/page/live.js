@@ -273,7 +273,7 @@
     say(name + '-big', big);
     say(name + '-small', small);
   };
-  const leadWords = (zone) => (zone.lead_s === null ? 'time to zone not known' : zone.lead_s === 0 ? 'wheel at the zone' : 'time to zone ' + fixed(zone.lead_s, 2) + ' s');
+  const leadWords = (zone) => (zone.lead_s === null ? 'time to zone not known' : zone.lead_s < 0.05 ? 'wheel at the zone' : 'time to zone ' + fixed(zone.lead_s, 2) + ' s');
   const zoneWords = (zone, lead) => zone.mats + ' mats closed ahead, stations ' + fixed(zone.start_ft === null ? null : zone.start_ft * unit('station').factor, 1) + ' to ' + shown(zone.end_ft, 'station', 1) +
     (lead ? '; ' + leadWords(zone) : '');
   const expectedWords = (zone) => zone.mats + ' closed mats expected with the wheel at ' + shown(zone.wheel_ft, 'station', 1);
