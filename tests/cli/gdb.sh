@@ -24,7 +24,7 @@ backtrace
 tbreak landinglink_send_motion
 continue
 backtrace 3
-printf "edges = %u\n", app.landing.edges
+printf "edges = %u\n", app.landing.edge_count
 printf "speed = %.3f\n", app.landing.motion.speed_ft_s.value
 info registers s0 d0 fpscr xpsr msp
 tbreak dma2_stream4_irq
