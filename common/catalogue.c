@@ -273,7 +273,7 @@ static const struct mr_series_pack series_packs[MR_SERIES_PACK_COUNT] = {
 };
 
 #define SERIES(series, NAME, letter, unit, counts_per_unit, readings, blocks, what, text) \
-    _Static_assert((readings) <= 16, "no room for a bit of each reading of " #series);
+    _Static_assert((readings) <= 16, "the mask has too few bits for the readings of " #series);
 #include "common/catalogue.def"
 
 const struct mr_series *mr_series_at(unsigned number)

@@ -18,7 +18,7 @@
 #define MS_PER_S          1000.0f
 
 _Static_assert(MR_CONFIG_STEP_MIN_CODES >= 2u * (unsigned)MR_STAIRCASE_TOLERANCE_CODES,
-               "a step within the tolerance of none");
+               "the smallest step is larger than the tolerance");
 
 /* clang-format off */
 #define GROUP(name, count) static const struct mr_config_field name##_fields[] = {
@@ -53,7 +53,7 @@ const struct mr_config_group mr_config_groups[] = {
 };
 
 _Static_assert(sizeof mr_config_groups / sizeof mr_config_groups[0] == MR_CONFIG_GROUP_COUNT,
-               "a row for each group");
+               "the table has a row for each group");
 
 /* Extends a CRC by a name, without its terminating zero. */
 static uint32_t add_name_to_crc(uint32_t crc, const char *name)

@@ -21,7 +21,7 @@
 /* one length byte of COBS (the content is shorter than 254 bytes) and the final zero */
 #define MR_FRAME_BYTES_MAX         (MR_FRAME_PAYLOAD_BYTES_MAX + MR_FRAME_OVERHEAD_BYTES + 2u)
 _Static_assert(MR_FRAME_PAYLOAD_BYTES_MAX + MR_FRAME_OVERHEAD_BYTES < 254u,
-               "a frame must fit one COBS run");
+               "a frame must fit into one COBS run");
 
 /* Encodes one frame, including the final zero. Returns its length, or 0 when `length` exceeds
  * MR_FRAME_PAYLOAD_BYTES_MAX. */

@@ -184,7 +184,7 @@ static void close_page(struct blackbox *box, struct blackbox_writer *writer)
     }
 }
 
-_Static_assert(MR_BOXPAGE_PAYLOAD_BYTES % 4u == 0, "no word crosses the end of a page");
+_Static_assert(MR_BOXPAGE_PAYLOAD_BYTES % 4u == 0, "a page contains a whole number of words");
 
 /* Appends `count` bits word by word; `bits` has complete words, padded with zeroes. */
 static void append_bits(struct blackbox *box, struct blackbox_writer *writer, const uint8_t *bits,

@@ -27,7 +27,7 @@ enum verdict {
 };
 _Static_assert(VERDICT_GOOD == (int)MR_SHUNT_GOOD && VERDICT_NOT_VALID == (int)MR_SHUNT_NOT_VALID &&
                    VERDICT_MOVING == (int)MR_SHUNT_MOVED && VERDICT_WRONG == (int)MR_SHUNT_WRONG,
-               "zero and shunt calibration share their verdicts");
+               "zero and shunt calibration use the same result codes");
 
 bool calibrate_is_busy(const struct calibrate *calibrate)
 {

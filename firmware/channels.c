@@ -14,7 +14,7 @@
 /* number of blocks in which the quality of each channel is reported once */
 #define QUALITY_ROUND_BLOCKS 1000u
 _Static_assert(QUALITY_ROUND_BLOCKS / SCHEDULE_QUALITY_PERIOD >= MR_WATCH_CHANNELS,
-               "one turn for each channel");
+               "the rotation has one turn for each channel");
 
 void channels_start(struct channels *channels)
 {

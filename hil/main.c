@@ -207,10 +207,9 @@ static const struct option {
     OPTION(name, value, KIND_PARSED, 0, 0, 0, NULL, parse, help)
     TEXT_OPTION("--elf", "F", elf,
                 "firmware image (ELF); default: the one installed with matrig-board"),
-    PARSED_OPTION(
-        "--board", "B", parse_board,
-        "board in common/boards.def: zg, discovery, nucleo446; default: the board of the image,\n"
-        "or zg without an image"),
+    PARSED_OPTION("--board", "B", parse_board,
+                  "type of the board: zg, discovery or nucleo446 (common/boards.def); default: the "
+                  "board of\nthe image, or zg without an image"),
     TEXT_OPTION("--can", "LINK", can,
                 "unix:PATH (16-byte frames), file:PATH (candump -L text) or none"),
     TEXT_OPTION(
@@ -221,8 +220,8 @@ static const struct option {
         "base of the board's CAN identifiers; default: 0. CAN commands of the run file or record\n"
         "are sent to this base"),
     WORD_OPTION("--parity", "P", parity, "none|even|odd|board",
-                "parity at the other end of the serial line: none, even, odd or board (the same as "
-                "the\nboard); default: none; for a pty: link, board"),
+                "parity at the other end of the serial line: none, even, odd or board (as on the "
+                "board);\ndefault: none; for a pty: link, board"),
     NUMBER_OPTION("--baud", "N", KIND_UNSIGNED, options.host_baud, 1200, 10e6,
                   "bit rate at the other end of the serial line; default: 2000000; for a pty: "
                   "link, the\nrate set at the terminal"),
@@ -264,15 +263,16 @@ static const struct option {
         "--flash", "FILE", flash,
         "file with the content of the flash: read at the start if it exists, written at the end.\n"
         "--elf overwrites the sectors that the image uses"),
-    TEXT_OPTION("--nor", "FILE", nor,
-                "file with the content of the black box's memory, read and written like --flash"),
+    TEXT_OPTION(
+        "--nor", "FILE", nor,
+        "file with the content of the black box's memory, which is read and written like --flash"),
     PARSED_OPTION("--temperature", "C[,C/h]", parse_temperature,
                   "mat temperature and its rise per hour; none: no thermometer; default: 20"),
     FLAG_OPTION("--jumper", options.is_jumper_fitted, "fit the maintenance jumper"),
     FLAG_OPTION("--bare", options.has_no_rig,
                 "leave the rig unplugged: the lines of one-shot, lamp and camera are open"),
     FLAG_OPTION("--left-on", options.has_clocks_left_on,
-                "start with PLL and clocks on, as a debugger leaves them, without a reset"),
+                "start without a reset, with PLL and clocks on, as after a debugger"),
     FLAG_OPTION("--boot0", options.is_boot0_high,
                 "start the boot ROM (AN3155 on the serial line) instead of the firmware"),
     WORD_OPTION(
@@ -285,18 +285,18 @@ static const struct option {
         "raise a fault on unaligned multiple and double transfers, as the hardware does; makes "
         "the\nemulation slower"),
     PARSED_OPTION("--rules", "R", parse_rules,
-                  "action on a violated timing or electrical rule at the pins: stop, count, off, "
-                  "or\ncount:NAME,... (count these rules, stop on others); default: stop"),
+                  "action when a timing or electrical rule at the pins is violated: stop, count, "
+                  "off, or\ncount:NAME,... (count these rules, stop on others); default: stop"),
     TEXT_OPTION("--margins", "FILE", margins,
-                "write per rule the number of checks, and the smallest margin with its place"),
+                "write the number of checks of each rule, and its smallest margin with the place"),
     FLAG_OPTION("--trace", trace, "report exceptions and unusual events on stderr"),
     TEXT_OPTION("--gdb", "PORT", gdb,
                 "wait for gdb on this port of 127.0.0.1 (0: any free port, which is printed) or at "
                 "unix:PATH"),
     WORD_OPTION("--gdb-time", "T", gdb_time, "stands|runs",
-                "virtual time while gdb holds the board: stands, or runs in real time. If it runs, "
-                "links\nand converters continue; timers and watchdog stop if DBGMCU requests it; "
-                "default: stands"),
+                "virtual time while gdb halts the board: stands, or runs in real time. If time "
+                "runs, links\nand converters continue; timers and watchdog stop if DBGMCU is set "
+                "so; default: stands"),
     TEXT_OPTION(
         "--vcd", "FILE", vcd,
         "write a trace of pins, converters, links, exceptions and sleep, for GTKWave and others"),
@@ -324,9 +324,9 @@ static void print_item(const char *name, const char *value, const char *text)
 
 static void print_help(void)
 {
-    puts("usage: matrig-board [--elf F] [--can LINK] [--serial LINK] [--rig RUNFILE] [options]\n"
-         "       matrig-board --flash F | --boot0 [options]\n"
-         "The STM32F407 board in virtual time, running the firmware image F unmodified.");
+    puts("usage: matrig-board [--elf F] [--can LINK] [--serial LINK] [--rig RUNFILE] [options]\n   "
+         "    matrig-board --flash F | --boot0 [options]\nEmulates the STM32F407 board in virtual "
+         "time with the unmodified firmware image F.");
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++)
         print_item(options[i].name, options[i].value, options[i].help);
     print_item("--version", "", "print the version and exit");
@@ -415,7 +415,7 @@ static enum mr_status parse_argument(struct arguments *a, int argc, char **argv)
                           "matrig-board --help",
                           argv[i]);
         if (i + 1 == argc && !(option && option->kind == KIND_FLAG))
-            return refuse("%s needs a value, or is not an option; see matrig-board --help",
+            return refuse("%s needs a value, or is an unknown option; see matrig-board --help",
                           argv[i]);
         if (!option)
             return refuse("unknown option %s; matrig-board --help lists them", argv[i]);
@@ -518,8 +518,8 @@ static enum mr_status check_paths(const struct arguments *a)
     for (unsigned i = FIRST_RECORD_PATH; i < PATH_COUNT; i++) {
         for (unsigned k = 0; given[i].path && k < i; k++) {
             if (given[k].path && is_same_file(given[i].path, given[k].path))
-                return refuse("%s and %s are both %s; give two different files", given[k].option,
-                              given[i].option, given[i].path);
+                return refuse("%s and %s have the same file %s; give two different files",
+                              given[k].option, given[i].option, given[i].path);
         }
         if (given[i].path && i >= FIRST_MEMORY_PATH && i < MEMORY_PATHS_END &&
             hil_is_protected_file(given[i].path))
@@ -677,7 +677,7 @@ static void summarise_session(const struct session *session, double took_s)
     double virtual_s = (double)hil_board_now_ps(session->board) * 1e-12;
     char pace[96] = "";
     if (session->is_real_time)
-        snprintf(pace, sizeof pace, ", at most %.1f ms late, %.1f after the first second",
+        snprintf(pace, sizeof pace, ", at most %.1f ms late, %.1f ms after the first second",
                  1e3 * session->pace.max_delay_s, 1e3 * session->pace.max_delay_after_start_s);
     fprintf(
         stderr,
@@ -727,7 +727,7 @@ static enum mr_status open_session(struct session *session)
     if (status == MR_OK)
         status = accept_hosts(session, error, sizeof error);
     if (stop_request == HIL_STOP_BY_WALL_LIMIT)
-        print_error("the wall-clock limit was reached while links were being opened; check that a "
+        print_error("the wall-clock limit was reached before all links were open; check that a "
                     "host is running, or raise the limit with --wall-limit S");
     else if (!stop_request)
         report_failure(status, error);
@@ -758,7 +758,7 @@ static void print_rules(const struct session *session)
     if (broken)
         print_error("%u %s broken, %llu %s in total%s", broken, broken == 1 ? "rule" : "rules",
                     (unsigned long long)times, times == 1 ? "time" : "times",
-                    session->a->margins ? "" : "; --margins FILE lists them");
+                    session->a->margins ? "" : "; to list the rules, give --margins FILE");
 }
 
 static double get_run_duration_s(const struct session *session)

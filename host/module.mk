@@ -44,6 +44,6 @@ $(B)/matrig-study: $(B)/host/host/study/main.o $(study_parts) $(host_lib) $(comm
 # Man pages, a page per command, from what --help prints, dated by the commit. RUN: what runs programs of another machine.
 man = $(call say,GEN,$@)SOURCE_DATE_EPOCH=$(epoch) help2man --no-info --name='$(1)' --output=$@
 $(B)/matrig.1: $(B)/matrig host/matrig.h2m | $(B)/.study-packages
-	$(call man,instrument for a model landing-mat runway) --include=host/matrig.h2m '$(RUN) $<'
+	$(call man,measuring system for a model landing-mat runway) --include=host/matrig.h2m '$(RUN) $<'
 $(commands:%=$(B)/matrig-%.1): $(B)/matrig-%.1: $(B)/matrig | $(B)/.study-packages
 	$(call man,command $* of matrig) --version-string="$$($(RUN) $< --version | sed s/matrig/matrig-$*/)" --help-option='$* --help' '$(RUN) $<'

@@ -39,7 +39,8 @@ __attribute__((section(".header"), used)) static const struct {
     .patch = FIRMWARE_PATCH,
     .board = BOARD_NUMBER,
 };
-_Static_assert(sizeof header == MR_IMAGE_BYTES, "the layout in common/image.h");
+_Static_assert(sizeof header == MR_IMAGE_BYTES,
+               "the layout of the header is that of common/image.h");
 
 static uint8_t check_image(struct mr_image *image, uint32_t *crc)
 {

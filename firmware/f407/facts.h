@@ -52,7 +52,8 @@ enum {
 #define ANALOGUE(port, pin, converter, input, SIGNAL, text) | 1 << BOARD_##SIGNAL
 #include "firmware/boards/pins.def"
 };
-_Static_assert((BOARD_INPUTS >> BOARD_STAIRCASE & 3) == 3, "no speed without the staircase");
+_Static_assert((BOARD_INPUTS >> BOARD_STAIRCASE & 3) == 3,
+               "the staircase is always scanned, because the speed needs it");
 _Static_assert(BOARD_SERIAL == 1 || BOARD_SERIAL == 6,
                "those of APB2, whose requests go to streams 2 and 7 of DMA2; RM0090 table 43");
 

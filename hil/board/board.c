@@ -173,7 +173,7 @@ static enum mr_status read_board_type(const uint8_t *flash, const struct hil_boa
     const struct hil_board_type *found = hil_board_type_by_number(image.board);
     if (!found) {
         snprintf(error, size,
-                 "the image is for board %u, which this matrig-board does not know; use the "
+                 "the image is for board %u, which this matrig-board does not support; use the "
                  "matrig-board that was built with the image",
                  image.board);
         return MR_VERSION;
@@ -340,15 +340,15 @@ static enum mr_status check_board_type(struct hil_board *board, const char *path
         if (board->core.memory->flash[i] == 0xff)
             continue;
         snprintf(board->core.failure_reason, sizeof board->core.failure_reason,
-                 "%s: larger than the flash of this chip (%u KiB); give the image for this board",
+                 "%s is larger than the flash of this chip (%u KiB); give the image for this board",
                  path, (unsigned)type->flash_kib);
         return MR_VERSION;
     }
     if (wanted->number == type->number)
         return MR_OK;
     snprintf(board->core.failure_reason, sizeof board->core.failure_reason,
-             "%s is an image for board %s, but this is board %s; give the image for this board, or "
-             "leave --board out",
+             "%s is an image for board %s, but the emulated board is %s; give the image for this "
+             "board, or leave --board out",
              path, hil_board_type_name(wanted), hil_board_type_name(type));
     return MR_VERSION;
 }
@@ -557,7 +557,7 @@ static enum mr_status read_file(struct hil_board *board, const char *path, uint8
     if (hil_is_protected_file(path))
         return record_file_failure(
             board, MR_MALFORMED, path,
-            "a database or a program would be overwritten; give a different file");
+            "the file is a database or a program and would be overwritten; give a different file");
     FILE *file = fopen(path, "rb");
     if (!file)
         return errno == ENOENT ? MR_OK : record_file_failure(board, MR_IO, path, strerror(errno));
@@ -565,10 +565,12 @@ static enum mr_status read_file(struct hil_board *board, const char *path, uint8
     bool failed = ferror(file) != 0, more = fgetc(file) != EOF;
     fclose(file);
     if (failed)
-        return record_file_failure(board, MR_IO, path, "cannot be read; give a different file");
+        return record_file_failure(board, MR_IO, path,
+                                   "the file cannot be read; give a different file");
     if (more)
-        return record_file_failure(board, MR_MALFORMED, path,
-                                   "larger than the emulated memory; give a different file");
+        return record_file_failure(
+            board, MR_MALFORMED, path,
+            "the file is larger than the emulated memory; give a different file");
     return MR_OK;
 }
 
@@ -581,7 +583,7 @@ static enum mr_status write_file(struct hil_board *board, const char *path, cons
     if (realpath(path, resolved))
         path = resolved;
     if ((size_t)snprintf(beside, sizeof beside, "%s.new", path) >= sizeof beside)
-        return record_file_failure(board, MR_IO, told, "path too long; give a shorter one");
+        return record_file_failure(board, MR_IO, told, "the path is too long; give a shorter one");
     FILE *file = fopen(beside, "wb");
     if (!file)
         return record_file_failure(board, MR_IO, told, strerror(errno));
@@ -590,8 +592,8 @@ static enum mr_status write_file(struct hil_board *board, const char *path, cons
     if (good && rename(beside, path) == 0)
         return MR_OK;
     remove(beside);
-    return record_file_failure(board, MR_IO, told,
-                               "cannot be written; free disk space or give a different file");
+    return record_file_failure(
+        board, MR_IO, told, "the file cannot be written; free disk space or give a different file");
 }
 
 static bool apply_option_bytes(struct hil_board *board, const uint8_t *bytes)
@@ -613,9 +615,9 @@ enum mr_status hil_board_load_flash(struct hil_board *board, const char *path)
     enum mr_status status = read_file(board, path, bytes, HIL_FLASH_SIZE + OPTION_BYTES, &n);
     if (status == MR_OK && n > HIL_FLASH_SIZE &&
         (n != HIL_FLASH_SIZE + OPTION_BYTES || !apply_option_bytes(board, bytes + HIL_FLASH_SIZE)))
-        status = record_file_failure(
-            board, MR_MALFORMED, path,
-            "not a flash file: no valid option bytes after the first MiB; give a different file");
+        status = record_file_failure(board, MR_MALFORMED, path,
+                                     "not a flash file, because no valid option bytes follow the "
+                                     "first MiB; give a different file");
     if (status == MR_OK && n) {
         memcpy(board->core.memory->flash, bytes, HIL_FLASH_SIZE);
         status = check_board_type(board, path);

@@ -117,7 +117,7 @@ void hil_bus_write(struct hil_core *core, uint32_t address, unsigned size, uint3
             return;
         }
         if (!p->allows_narrow_writes) {
-            hil_bus_refuse(core, "this register is modelled only for word writes");
+            hil_bus_refuse(core, "a write that is not a word is not modelled for this register");
             return;
         }
         uint32_t mask = (size == 1 ? 0xffu : 0xffffu) << (8u * (offset & 3u));

@@ -156,7 +156,8 @@ void hil_core_create(struct hil_core *core)
  * lower bits, so of two events at the same cycle the lower slot is first. The search uses several
  * independent minima, which is faster than one. */
 #define EVENT_SLOT_BITS 5u
-_Static_assert(HIL_EVENT_SLOTS <= 1u << EVENT_SLOT_BITS, "slots in their bits");
+_Static_assert(HIL_EVENT_SLOTS <= 1u << EVENT_SLOT_BITS,
+               "the slot numbers fit into their bit field");
 
 static void find_next_event(struct hil_core *core)
 {

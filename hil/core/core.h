@@ -185,7 +185,7 @@ static inline void uc_check(uc_err err, const char *what)
 {
     if (err == UC_ERR_OK)
         return;
-    fprintf(stderr, "matrig-board: the CPU emulator failed: %s: %s\n", what, uc_strerror(err));
+    fprintf(stderr, "matrig-board: the CPU emulator failed at %s: %s\n", what, uc_strerror(err));
     abort();
 }
 

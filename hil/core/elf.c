@@ -28,20 +28,22 @@ static enum mr_status check_header(const struct image *image)
     if (image->size < SELFMAG || memcmp(h->e_ident, ELFMAG, SELFMAG) != 0)
         return refuse_image(image, MR_MALFORMED, "not an ELF file; give the firmware's .elf");
     if (image->size < sizeof *h)
-        return refuse_image(image, MR_TRUNCATED, "ends inside its ELF header");
+        return refuse_image(image, MR_TRUNCATED, "the file ends inside its ELF header");
     if (h->e_ident[EI_CLASS] != ELFCLASS32 || h->e_ident[EI_DATA] != ELFDATA2LSB ||
         h->e_machine != EM_ARM)
         return refuse_image(image, MR_VERSION,
-                            "not for a 32-bit little-endian ARM (class %u, data %u, machine %u); "
-                            "this board is an STM32F407",
+                            "the image is not for a 32-bit little-endian ARM (class %u, data %u, "
+                            "machine %u); give an image for the STM32F407",
                             h->e_ident[EI_CLASS], h->e_ident[EI_DATA], h->e_machine);
     if (h->e_type != ET_EXEC)
-        return refuse_image(image, MR_MALFORMED, "an ELF of type %u, not a linked executable",
+        return refuse_image(image, MR_MALFORMED,
+                            "the file is an ELF file of type %u, not a linked executable",
                             h->e_type);
     if (h->e_phentsize < sizeof(Elf32_Phdr) || h->e_phnum == 0)
-        return refuse_image(image, MR_MALFORMED, "has no program headers: nothing to load");
+        return refuse_image(image, MR_MALFORMED,
+                            "the ELF file has no program headers, so it has no data to load");
     if (h->e_phoff + (uint64_t)h->e_phentsize * h->e_phnum > image->size)
-        return refuse_image(image, MR_TRUNCATED, "ends inside its program headers");
+        return refuse_image(image, MR_TRUNCATED, "the file ends inside its program headers");
     return MR_OK;
 }
 
@@ -84,9 +86,10 @@ static enum mr_status load_segments(const struct image *image, struct hil_memory
         if (s.p_type != PT_LOAD || s.p_filesz == 0)
             continue;
         if ((uint64_t)s.p_offset + s.p_filesz > image->size)
-            return refuse_image(image, MR_TRUNCATED,
-                                "ends inside segment %u (needs %llu bytes, has %zu)", i,
-                                (unsigned long long)s.p_offset + s.p_filesz, image->size);
+            return refuse_image(
+                image, MR_TRUNCATED,
+                "the file ends inside segment %u (the segment needs %llu bytes, the file has %zu)",
+                i, (unsigned long long)s.p_offset + s.p_filesz, image->size);
         uint32_t skipped = count_header_bytes(image, &s);
         headers |= skipped && s.p_paddr == HIL_FLASH_BASE;
         s.p_offset += skipped;
@@ -103,10 +106,11 @@ static enum mr_status load_segments(const struct image *image, struct hil_memory
             memcpy(to, image->bytes + s.p_offset, s.p_filesz);
     }
     if (!flash)
-        return refuse_image(image, MR_VERSION, "has no vector table at 0x%08x; %s",
-                            (unsigned)HIL_FLASH_BASE,
-                            headers ? "the headers of the file are at that address: link with -n"
-                                    : "give an image for this chip");
+        return refuse_image(
+            image, MR_VERSION, "the image has no vector table at 0x%08x; %s",
+            (unsigned)HIL_FLASH_BASE,
+            headers ? "link with -n, because the headers of the file are at that address"
+                    : "give an image for this chip");
     return MR_OK;
 }
 
@@ -189,10 +193,12 @@ enum mr_status hil_symbols_read(struct mr_symbols *symbols, const char *path, ch
                                   : MR_IO;
     }
     if (status == MR_MALFORMED)
-        return hil_file_refuse(&at, status, "not a 32-bit ELF file; give the firmware's .elf");
+        return hil_file_refuse(&at, status,
+                               "the file is not a 32-bit ELF file; give the firmware's .elf");
     return status == MR_OK
              ? MR_OK
-             : hil_file_refuse(&at, status, "ends inside its symbol table; build it again");
+             : hil_file_refuse(&at, status,
+                               "the file ends inside its symbol table; build the firmware again");
 }
 
 void hil_symbols_free(struct mr_symbols *symbols)

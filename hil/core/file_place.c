@@ -54,7 +54,7 @@ static enum mr_status refuse_missing(const struct hil_file_context *at, const ch
     bool relative = at->path[0] != '/' && getcwd(folder, sizeof folder);
     enum mr_status status = hil_file_refuse(
         at, MR_IO, "%s%s%s; %s%s", strerror(ENOENT), relative ? " in the folder " : "", folder,
-        own ? "the file installed with matrig is " : advice, own ? own : "");
+        own ? "the file that was installed with matrig is " : advice, own ? own : "");
     free(own);
     return status;
 }
@@ -84,5 +84,6 @@ enum mr_status hil_file_read(const struct hil_file_context *at, size_t max_bytes
         return hil_file_refuse(at, MR_IO, "cannot be read; %s", advice);
     return *size <= max_bytes
              ? MR_OK
-             : hil_file_refuse(at, MR_TOO_LONG, "larger than %zu bytes; %s", max_bytes, advice);
+             : hil_file_refuse(at, MR_TOO_LONG, "the file is larger than %zu bytes; %s", max_bytes,
+                               advice);
 }

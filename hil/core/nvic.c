@@ -158,8 +158,7 @@ static void set_priorities(struct hil_core *core, unsigned exception, unsigned c
         uint32_t byte = value >> (8u * i) & 0xffu;
         /* 0xff is allowed: software writes it to find out how many bits are implemented */
         if (byte && byte < 0x10u)
-            hil_bus_refuse(core,
-                           "a priority in the lower four bits: the chip reads these bits as 0");
+            hil_bus_refuse(core, "a priority in the lower four bits, which the chip reads as 0");
         core->state.nvic.priority[exception + i] = (int16_t)(byte & 0xf0u);
     }
     hil_nvic_update(core);
@@ -315,7 +314,8 @@ struct frame {
     uint64_t d[8];
     uint32_t fpscr, reserved;
 };
-_Static_assert(sizeof(struct frame) == FRAME_FP, "as the core stores it");
+_Static_assert(sizeof(struct frame) == FRAME_FP,
+               "the structure has the layout that the core stores");
 
 /* Moves R0 to R3, R12, LR and, with `fp`, D0 to D7 and FPSCR out of the core or into it. */
 static void copy_frame_registers(struct hil_core *core, struct frame *frame, bool fp, bool into)
@@ -533,7 +533,7 @@ void hil_exception_return(struct hil_core *core, uint32_t exc_return)
     uint32_t form = exc_return | 0x10u, zero = 0;
     if (form < 0xfffffff0u) {
         hil_core_stop(core, MR_HALTED,
-                      "branch to 0x%08x in exception %u is not an exception return",
+                      "the branch to 0x%08x in exception %u is not an exception return",
                       (unsigned)exc_return, number);
         return;
     }

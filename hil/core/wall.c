@@ -44,8 +44,8 @@ void hil_pace_record(struct hil_pace *pace, uint64_t t_ps)
 static void on_alarm(int number)
 {
     static const char text[] =
-        "matrig-board: still running several seconds after the wall-clock limit: a link or a file "
-        "blocks, or the emulator hangs; check the programs that read the links\n";
+        "matrig-board: the run continues several seconds after the wall-clock limit, because a "
+        "link or a file blocks or the emulator hangs; check the programs that read the links\n";
     (void)number;
     *limit_stop_flag = HIL_STOP_BY_WALL_LIMIT;
     if (alarm_count++) {

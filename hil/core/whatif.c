@@ -138,7 +138,7 @@ static struct hil_whatif *create_core_copy(struct hil_core *core)
     uc_check(uc_mmio_map(w->uc, 0x40000000u, 0x20000000u, on_read, w, on_write, w),
              "mapping peripherals");
     uc_check(uc_mmio_map(w->uc, 0xe0000000u, 0x00100000u, on_core_register_read, w, on_write, w),
-             "mapping the core's own");
+             "mapping memory of the core");
     uc_check(uc_hook_add(w->uc, &hook, UC_HOOK_CODE, (void *)(uintptr_t)on_instruction, w, 1, 0),
              "instruction hook");
     uc_check(uc_hook_add(w->uc, &hook, UC_HOOK_INTR, (void *)(uintptr_t)on_exception, w, 1, 0),

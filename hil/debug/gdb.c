@@ -504,8 +504,9 @@ static void send_failure_reason(struct hil_gdb *gdb, enum mr_status status)
         snprintf(text, sizeof text, "access to 0x%08x by the instruction at 0x%08x\n",
                  (unsigned)d->hit_address, (unsigned)d->hit_pc);
     else if (d->hold_reason == HIL_HOLD_BKPT)
-        snprintf(text, sizeof text,
-                 "BKPT instruction of the firmware; to step over it, continue\n");
+        snprintf(
+            text, sizeof text,
+            "the firmware executed a BKPT instruction; to step over the instruction, continue\n");
     else
         return;
     send_console_text(&gdb->connection, text);
@@ -599,8 +600,8 @@ enum mr_status hil_gdb_accept(struct hil_gdb *gdb, struct hil_board *board, int 
     if (gdb->connection.fd >= 0)
         return MR_OK;
     snprintf(error, size,
-             "--gdb: no debugger connected to %s within %d s; start gdb-multiarch with `target "
-             "remote %s`",
+             "--gdb: no debugger connected to %s within %d s; start gdb-multiarch and enter "
+             "`target remote %s`",
              gdb->address, timeout_ms / 1000, gdb->address);
     return *stop ? MR_CLOSED : MR_TIMEOUT;
 }

@@ -127,8 +127,8 @@ enum mr_status hil_socket_listen(const char *option, const char *path, int *list
     struct stat st;
     if (strlen(path) >= sizeof address.sun_path) {
         snprintf(error, size,
-                 "%s: the socket path has %zu characters, at most %zu fit; give a shorter path "
-                 "than %s",
+                 "%s: the socket path has %zu characters, but only %zu are allowed; give a shorter "
+                 "path than %s",
                  option, strlen(path), sizeof address.sun_path - 1, path);
         return MR_USAGE;
     }
@@ -341,7 +341,7 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
         if (hil_wall_clock_ms() - moved > stall_ms) {
             snprintf(error, size,
                      "%s: the host has not read from %s for %.4g s; check that the host is "
-                     "running, or wait longer with --stall S",
+                     "running, or raise the limit with --stall S",
                      get_link_noun(link), link->path, stall_ms * 1e-3);
             return MR_TIMEOUT;
         }

@@ -306,7 +306,8 @@ static bool plan_sequence(struct hil_adc_device *dev, unsigned unit)
                  pin = PIN_NUMBER(input_pins[unit][channel]);
         if (!hil_board_type_has_pin(dev->options->type, port, pin)) {
             hil_core_stop(dev->core, MR_HALTED,
-                          "conversion of P%c%u, a pin that this package lacks", 'A' + port, pin);
+                          "conversion of P%c%u, a pin that this package does not have", 'A' + port,
+                          pin);
             return false;
         }
         a->source[k] = (int8_t)dev->analogue.source(dev->analogue.context, port, pin);
@@ -332,7 +333,8 @@ static void start_sequence(struct hil_adc_device *dev, unsigned unit, uint64_t a
     uint32_t clock_cycles = prescaler * hil_rcc_pclk_divider(dev->rcc, HIL_RCC_APB2);
     uint32_t hclk_hz = dev->core->state.clock.hclk_hz;
     if (hclk_hz / clock_cycles > ADC_CLOCK_LIMIT_HZ) {
-        hil_core_stop(dev->core, MR_HALTED, "ADC clock of %u Hz: the chip allows up to 36 MHz",
+        hil_core_stop(dev->core, MR_HALTED,
+                      "the ADC clock is %u Hz, but the chip allows at most 36 MHz",
                       (unsigned)(hclk_hz / clock_cycles));
         return;
     }

@@ -605,8 +605,9 @@ uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset)
 static void check_write_of_read_flags(struct hil_can_device *dev, uint32_t status)
 {
     if (status)
-        hil_bus_refuse(dev->core,
-                       "the value read is written back: this clears all flags that are set");
+        hil_bus_refuse(
+            dev->core,
+            "the value that was read is written back, which clears all flags that are set");
 }
 
 static void write_tsr(struct hil_can_device *dev, uint32_t value)
@@ -643,7 +644,7 @@ static void write_mailbox(struct hil_can_device *dev, uint32_t offset, uint32_t 
     struct hil_can *c = dev->state;
     unsigned m = (offset - MAILBOXES) / 16u;
     if (!is_mailbox_empty(c, m)) {
-        hil_trace(dev->core, "CAN mailbox %u is pending: write ignored", m);
+        hil_trace(dev->core, "CAN mailbox %u is pending, so the chip ignores the write", m);
         return;
     }
     *get_mailbox_register(c, offset) = value;

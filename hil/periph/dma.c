@@ -54,7 +54,7 @@ static void stop_after_error(struct hil_dma_device *dev, unsigned unit, unsigned
                              uint32_t address)
 {
     dev->state[unit].stream[stream].cr &= ~CR_EN;
-    hil_trace(dev->core, "DMA%u stream %u: transfer error at 0x%08x", unit + 1, stream,
+    hil_trace(dev->core, "DMA%u stream %u has a transfer error at 0x%08x", unit + 1, stream,
               (unsigned)address);
     raise_flag(dev, unit, stream, FLAG_TRANSFER_ERROR);
 }

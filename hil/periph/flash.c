@@ -275,7 +275,7 @@ void hil_flash_interrupt_operation(struct hil_flash_device *dev)
     uint64_t done_ps = now_ps < flash->end_ps ? now_ps - flash->begin_ps
                                               : flash->end_ps - flash->begin_ps;
     unsigned permille = (unsigned)(done_ps * 1000u / (flash->end_ps - flash->begin_ps));
-    hil_trace(dev->core, "flash: operation %llu interrupted at %u / 1000",
+    hil_trace(dev->core, "flash: operation %llu was interrupted after %u / 1000 of its time",
               (unsigned long long)flash->operation_count, permille);
     change_cells_partly(dev, permille);
     stop_operation(dev);
@@ -320,7 +320,7 @@ static void program_cells(struct hil_flash_device *dev, uint32_t offset, unsigne
     uint32_t address = HIL_FLASH_BASE + offset;
     wait_for_operation_end(dev); /* a second write stalls the bus until the first has ended */
     if (!(flash->cr & CR_PG)) {
-        set_error_flag(dev, SR_PGSERR, "store without CR.PG", address);
+        set_error_flag(dev, SR_PGSERR, "store to flash without CR.PG", address);
     } else if (offset % PROGRAM_ROW_BYTES + size > PROGRAM_ROW_BYTES) {
         set_error_flag(dev, SR_PGAERR, "write across the boundary of a row of 128 bits", address);
     } else if (size != 1u << (flash->cr >> 8 & 3u) || offset % size) {
@@ -350,13 +350,14 @@ static void erase_cells(struct hil_flash_device *dev)
     if (all == ((flash->cr & CR_SER) != 0)) {
         /* With both bits set, neither operation is performed (3.6.3); with none, there is nothing
          * to start. */
-        set_error_flag(dev, 0, "STRT is set, but not exactly one of SER and MER", HIL_FLASH_BASE);
+        set_error_flag(dev, 0, "STRT is set while SER and MER are both set or both clear",
+                       HIL_FLASH_BASE);
         flash->cr &= ~CR_STRT;
         return;
     }
     if (!all && (sector >= HIL_FLASH_SECTORS ||
                  sector_starts[sector] >= dev->options->type->flash_kib * 1024u)) {
-        hil_bus_refuse(dev->core, "a sector number that this flash does not have");
+        hil_bus_refuse(dev->core, "sector number beyond the last sector of this flash");
         return;
     }
     flash->address = all ? 0 : sector_starts[sector];
@@ -373,7 +374,8 @@ static void write_cr(struct hil_flash_device *dev, uint32_t value)
     struct hil_flash *flash = dev->state;
     wait_for_operation_end(dev); /* a write while BSY is set stalls the bus */
     if (flash->cr & CR_LOCK) {
-        hil_trace(dev->core, "flash: FLASH_CR is locked, 0x%08x is ignored", (unsigned)value);
+        hil_trace(dev->core, "flash: FLASH_CR is locked, so the value 0x%08x is ignored",
+                  (unsigned)value);
         return;
     }
     flash->cr = value;
@@ -389,7 +391,8 @@ static void write_optcr(struct hil_flash_device *dev, uint32_t value)
     struct hil_flash *flash = dev->state;
     wait_for_operation_end(dev);
     if (flash->optcr & OPTCR_LOCK) {
-        hil_trace(dev->core, "flash: FLASH_OPTCR is locked, 0x%08x is ignored", (unsigned)value);
+        hil_trace(dev->core, "flash: FLASH_OPTCR is locked, so the value 0x%08x is ignored",
+                  (unsigned)value);
         return;
     }
     flash->optcr = value & (OPTCR_OPTION_BITS | OPTCR_LOCK);
@@ -398,7 +401,8 @@ static void write_optcr(struct hil_flash_device *dev, uint32_t value)
     if (!(value & OPTCR_STRT))
         return;
     if (get_protection_level(flash->option_bytes) == 2) { /* level 2 is permanent (3.7.3) */
-        set_error_flag(dev, SR_WRPERR, "option change at protection level 2", 0x1fffc000u);
+        set_error_flag(dev, SR_WRPERR, "change of the option bytes at protection level 2",
+                       0x1fffc000u);
         return;
     }
     if ((value & OPTIONS_FIXED) != OPTIONS_FIXED) {
@@ -424,7 +428,8 @@ static bool check_unlock_key(struct hil_flash_device *dev, uint8_t *step, uint32
         ++*step;
         return *step == KEY_STEP_UNLOCKED;
     }
-    hil_trace(dev->core, "flash: wrong key 0x%08x, locked until reset", (unsigned)value);
+    hil_trace(dev->core, "flash: wrong key 0x%08x; the register is locked until a reset",
+              (unsigned)value);
     dev->core->state.counters.flash_errors++;
     *step = KEY_STEP_BLOCKED;
     return false;
@@ -434,14 +439,14 @@ static void write_acr(struct hil_flash_device *dev, uint32_t value)
 {
     struct hil_rcc *rcc = dev->rcc->state;
     if ((value & ACR_DCRST) && ((rcc->flash_acr | value) & ACR_DCEN))
-        hil_bus_refuse(dev->core, "DCRST is set while the cache is on: the chip ignores it");
+        hil_bus_refuse(dev->core, "DCRST is set while the cache is on, so the chip ignores DCRST");
     else if (value & ACR_DCRST)
         dev->core->state.bank.stale_sectors = 0;
     rcc->is_latency_unread |= (value & ACR_LATENCY) > (rcc->flash_acr & ACR_LATENCY);
     rcc->flash_acr = value & ~ACR_RESETS;
     if (dev->core->state.clock.hclk_hz / 100u * 98u > hil_rcc_max_hclk_hz(rcc))
         hil_core_stop(dev->core, MR_HALTED,
-                      "FLASH_ACR 0x%x: too few wait states for HCLK at %u Hz, PC 0x%08x",
+                      "FLASH_ACR 0x%x has too few wait states for HCLK at %u Hz, PC 0x%08x",
                       (unsigned)value, (unsigned)dev->core->state.clock.hclk_hz,
                       (unsigned)hil_access_pc(dev->core));
 }

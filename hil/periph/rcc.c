@@ -105,14 +105,14 @@ static uint32_t compute_pll_hz(struct hil_rcc_device *dev, uint32_t source_hz)
     uint32_t cfg = dev->state->pllcfgr;
     uint32_t m = cfg & 0x3fu, n = cfg >> 6 & 0x1ffu, p = 2u * ((cfg >> 16 & 3u) + 1u);
     if (m < 2 || n < 50 || n > 432) {
-        halt_on_clock_setting(dev, "PLL factor M or N not allowed");
+        halt_on_clock_setting(dev, "PLL factor M or N is not allowed");
         return HSI_HZ;
     }
     uint64_t vco = (uint64_t)source_hz * n / m;
     if (source_hz / m < 950000u || source_hz / m > 2100000u)
-        halt_on_clock_setting(dev, "PLL input must be 1 to 2 MHz");
+        halt_on_clock_setting(dev, "the PLL input must have 1 to 2 MHz");
     if (vco < 100000000u || vco > 436000000u)
-        halt_on_clock_setting(dev, "VCO must be 100 to 432 MHz");
+        halt_on_clock_setting(dev, "the VCO must have 100 to 432 MHz");
     return (uint32_t)(vco / p);
 }
 
@@ -138,7 +138,8 @@ static void check_clock_limits(struct hil_rcc_device *dev)
 {
     uint32_t nominal = compute_hclk_hz(dev, true);
     if (nominal > hil_rcc_max_hclk_hz(dev->state))
-        halt_on_clock_setting(dev, "HCLK above what FLASH_ACR.LATENCY and PWR_CR.VOS allow");
+        halt_on_clock_setting(dev,
+                              "HCLK exceeds the limit that FLASH_ACR.LATENCY and PWR_CR.VOS set");
     if (nominal / hil_rcc_pclk_divider(dev, HIL_RCC_APB1) > 42000000u)
         halt_on_clock_setting(dev, "PCLK1 above 42 MHz");
     if (nominal / hil_rcc_pclk_divider(dev, HIL_RCC_APB2) > 84000000u)
@@ -329,8 +330,8 @@ static void check_new_clock_access(void *context)
         hil_rules_record_pass(dev->rules, HIL_RULE_CLOCK_ENABLE);
     else
         hil_rules_record_violation(dev->rules, HIL_RULE_CLOCK_ENABLE, access.pc,
-                                   "%u instructions after the store at 0x%08x; required: %u "
-                                   "cycles, a read-back or a DSB in between",
+                                   "first access only %u instructions after the store at 0x%08x; "
+                                   "required: %u cycles, a read-back or a DSB in between",
                                    between - 1u, (unsigned)fresh.store_pc, fresh.required_cycles);
 }
 
@@ -363,10 +364,10 @@ static void check_wait_states(struct hil_rcc_device *dev, uint32_t before_hz)
     if (compute_hclk_hz(dev, true) <= before_hz || !hil_rules_are_checked(dev->rules))
         return;
     if (rcc->is_latency_unread)
-        hil_rules_record_violation(dev->rules, HIL_RULE_WAIT_STATES,
-                                   hil_access_timestamp(dev->core).pc,
-                                   "from %u to %u Hz, but FLASH_ACR was written and not read back",
-                                   (unsigned)before_hz, (unsigned)compute_hclk_hz(dev, true));
+        hil_rules_record_violation(
+            dev->rules, HIL_RULE_WAIT_STATES, hil_access_timestamp(dev->core).pc,
+            "HCLK rises from %u to %u Hz, but FLASH_ACR was not read back after the write",
+            (unsigned)before_hz, (unsigned)compute_hclk_hz(dev, true));
     else
         hil_rules_record_pass(dev->rules, HIL_RULE_WAIT_STATES);
 }

@@ -85,7 +85,8 @@ static void stop_on_violation(struct hil_rules_device *dev, enum hil_rule rule)
     format_code_location(dev, tally->to_pc, to, sizeof to);
     if (tally->slew_ns > 0.0)
         snprintf(slew, sizeof slew, " (%.0f ns of slew subtracted)", tally->slew_ns);
-    hil_core_stop(dev->core, MR_HALTED, "rule %s: %s: %.1f ns%s, required %.1f; from %s to %s; %s",
+    hil_core_stop(dev->core, MR_HALTED,
+                  "rule %s: %s: measured %.1f ns%s, required %.1f ns; from %s to %s; %s",
                   rule_table[rule].name, rule_table[rule].requirement, tally->worst_ns, slew,
                   tally->limit_ns, from, to, rule_table[rule].source);
 }
@@ -301,6 +302,7 @@ void hil_rules_print_tallies(const struct hil_rules_device *dev, FILE *out)
         fprintf(out, "%s; %s\n", rule_table[i].requirement, rule_table[i].source);
     }
     fprintf(out,
-            "edges not checked, because the instruction that wrote the pin was not found: %llu\n",
+            "edges that were not checked, because the instruction that wrote the pin was not "
+            "found: %llu\n",
             (unsigned long long)dev->state->unlocated_edge_count);
 }

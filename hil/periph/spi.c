@@ -270,7 +270,7 @@ static void write_cr1(struct hil_spi_device *dev, uint32_t value)
     if ((value & CR1_SPE) && !(value & CR1_SSM))
         hil_bus_refuse(dev->core, "NSS managed by hardware");
     if ((value & CR1_SPE) && !(value & CR1_SSI))
-        hil_bus_refuse(dev->core, "SSI is low in a master: this is a mode fault");
+        hil_bus_refuse(dev->core, "SSI is low in a master, which is a mode fault");
     if ((value & CR1_SPE) && !(value & CR1_CPOL) != !(value & CR1_CPHA))
         hil_bus_refuse(dev->core, "CPOL and CPHA differ: the memory samples at the wrong edge");
     spi->cr1 = value;

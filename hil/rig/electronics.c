@@ -19,7 +19,7 @@
 #define GAGE_V_PER_LB        0.005
 #define SHUNT_LB             40.0
 #define STAIRCASE_ZERO_CODES (HIL_STAIRCASE_ZERO_V * CODE_COUNT / HIL_NOMINAL_VDDA_V)
-_Static_assert(HIL_RUN_COLUMNS + 2u <= HIL_ADC_SOURCES, "a source for each channel");
+_Static_assert(HIL_RUN_COLUMNS + 2u <= HIL_ADC_SOURCES, "each channel has a source");
 
 unsigned hil_switch_step_codes(unsigned position)
 {

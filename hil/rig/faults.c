@@ -498,13 +498,13 @@ enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fa
     if ((fault->action == HIL_FAULT_BIT_FLIP || fault->action == HIL_FAULT_STUCK_BIT) &&
         !hil_memory_at(dev->core, fault->address + fault->bit / 8u, 1,
                        fault->action == HIL_FAULT_STUCK_BIT))
-        return refuse_fault(dev, fault, MR_USAGE, "no memory of that kind at that address");
+        return refuse_fault(dev, fault, MR_USAGE, "that address has no memory of that kind");
     if (faults->count == HIL_FAULTS_MAX)
         return refuse_fault(dev, fault, MR_FULL, "more than 64 faults");
     if (fault->trigger == HIL_TRIGGER_TIME) {
         due_ps = fault->trigger_ps + fault->delay_ps;
         if (due_ps < hil_now_ps(dev->core))
-            return refuse_fault(dev, fault, MR_USAGE, "that time has already passed");
+            return refuse_fault(dev, fault, MR_USAGE, "that time is in the past");
     } else if (fault->trigger == HIL_TRIGGER_STATION) {
         uint64_t t_ps = dev->rig->run ? find_station_ps(dev->rig->run, fault->station_ft)
                                       : HIL_NEVER;
@@ -513,7 +513,7 @@ enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fa
                 dev, fault, MR_UNKNOWN,
                 dev->rig->run
                     ? "that station is not between two switches that the gear passes in this run"
-                    : "a station needs a run: give --rig");
+                    : "the trigger station needs a run file: give --rig");
         due_ps = t_ps + fault->delay_ps;
     } else if (fault->event_number <= get_event_count(dev, fault->trigger)) {
         return refuse_fault(dev, fault, MR_USAGE,
@@ -542,7 +542,7 @@ void hil_faults_report_pending(const struct hil_faults_device *dev)
     for (unsigned i = 0; i < faults->count && dev->options->fault_log; i++) {
         if (!faults->is_finished[i])
             fprintf(dev->options->fault_log,
-                    "fault of line %u did not happen: the run ended earlier\n",
+                    "the fault of line %u did not occur, because the run ended earlier\n",
                     faults->fault[i].file_line);
     }
 }
@@ -801,7 +801,7 @@ static enum mr_status refuse_action(const struct reader *r)
             snprintf(known + used, sizeof known - used, "%s%.*s", i ? ", " : "", (int)n,
                      actions[i].pattern);
     }
-    return refuse_text(r, MR_MALFORMED, "`%s` is not an action: %s", first, known);
+    return refuse_text(r, MR_MALFORMED, "`%s` is not an action; give one of %s", first, known);
 }
 
 static enum mr_status read_fault(struct reader *r, struct hil_fault *fault)
@@ -834,7 +834,7 @@ static enum mr_status read_fault(struct reader *r, struct hil_fault *fault)
         return MR_OK;
     }
     return r->missing_symbol
-             ? refuse_text(r, MR_UNKNOWN, "%s has no symbol `%s`; `nm` lists its symbols",
+             ? refuse_text(r, MR_UNKNOWN, "%s has no symbol `%s`; list its symbols with `nm`",
                            r->elf ? r->elf : "no image", r->missing_symbol)
              : refuse_action(r);
 }
@@ -849,7 +849,8 @@ static enum mr_status read_script_line(struct reader *r, struct hil_fault_script
     script->seed = strtoull(get_word(r, 1), &end, 10);
     return r->word_count == 2 && isdigit((unsigned char)*r->word[1]) && !*end
              ? MR_OK
-             : refuse_text(r, MR_MALFORMED, "`seed` needs a whole number, not `%s`",
+             : refuse_text(r, MR_MALFORMED,
+                           "`seed` must be followed by a whole number, not by `%s`",
                            get_word(r, 1));
 }
 
@@ -884,9 +885,9 @@ enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fau
         else if (r.word_count != 2 || strcmp(r.word[0], "matrig-faults") != 0)
             break;
         else if (strcmp(r.word[1], "1") != 0)
-            status = refuse_text(&r, MR_VERSION,
-                                 "version `%s` of the fault file; this program reads version 1",
-                                 r.word[1]);
+            status = refuse_text(
+                &r, MR_VERSION, "the fault file has version `%s`, but this program reads version 1",
+                r.word[1]);
         has_version = true;
     }
     fclose(file);

@@ -251,8 +251,8 @@ static enum mr_status read_block(struct hil_text_file *r, struct hil_replay *rep
     if (replay->block_count) {
         const struct mr_block *last = &replay->blocks[replay->block_count - 1];
         if (block.index != last->index + 1u || block.tick != last->tick + MR_TICKS_PER_BLOCK)
-            return refuse_file(r, "block %u does not follow block %u", (unsigned)block.index,
-                               (unsigned)last->index);
+            return refuse_file(r, "block %u is not the successor of block %u",
+                               (unsigned)block.index, (unsigned)last->index);
     } else {
         replay->block0_tick = block.tick - block.index * MR_TICKS_PER_BLOCK;
         if (replay->block0_tick >= MR_TICKS_PER_BLOCK)
@@ -260,8 +260,9 @@ static enum mr_status read_block(struct hil_text_file *r, struct hil_replay *rep
                                (unsigned)block.tick);
     }
     if (!hil_codes_from_block(&block, &codes, &channel))
-        return refuse_file(r, "block %u, channel %u: no codes match this sum and these counts",
-                           (unsigned)block.index, channel);
+        return refuse_file(
+            r, "block %u, channel %u: no sequence of codes has the recorded sum and counts",
+            (unsigned)block.index, channel);
     replay->blocks = hil_array_grow(replay->blocks, replay->block_count, sizeof block);
     replay->blocks[replay->block_count++] = block;
     return MR_OK;

@@ -29,21 +29,21 @@ enum mr_status hil_text_file_open(struct hil_text_file *r, const char *kind)
                                kind);
     if (strncmp(r->bytes + n, " 1\n", 3) != 0)
         return hil_file_refuse(&r->context, MR_VERSION,
-                               "version `%.*s`; this program reads version 1",
+                               "the file has version `%.*s`, but this program reads version 1",
                                (int)strcspn(r->bytes + n + 1, "\r\n"), r->bytes + n + 1);
     while (end >= 5 && memcmp(r->bytes + end - 5, "\nend ", 5) != 0)
         end--;
     if (end < 5)
-        return hil_file_refuse(&r->context, MR_TRUNCATED, "the file ends without its `end` line");
+        return hil_file_refuse(&r->context, MR_TRUNCATED, "the file has no `end` line");
     if (r->size - end != 9 || sscanf(r->bytes + end, "%8" SCNx32, &stated) != 1)
         return hil_file_refuse(&r->context, MR_MALFORMED,
                                "expected `end <crc32, 8 hex digits>` as the last line");
     uint32_t crc = mr_crc32(0, (const uint8_t *)r->bytes, end - 4);
     if (stated != crc)
-        return hil_file_refuse(
-            &r->context, MR_CRC,
-            "the checksum is %08x, but the file states %08x: the file was changed or damaged",
-            (unsigned)crc, (unsigned)stated);
+        return hil_file_refuse(&r->context, MR_CRC,
+                               "the file was changed or damaged, because its checksum is %08x, but "
+                               "its `end` line states %08x",
+                               (unsigned)crc, (unsigned)stated);
     r->size = end - 4;
     r->bytes[r->size] = '\0';
     r->next = r->bytes + n + 3;
@@ -146,7 +146,7 @@ static enum mr_status read_command(struct hil_text_file *r, struct hil_run *run,
         (strcmp(link, "can") != 0 && strcmp(link, "serial") != 0))
         return refuse_file(r, "expected `command <t_s> <can or serial> <name> ...`");
     if (run->command_count && command.t_ps < run->commands[run->command_count - 1].t_ps)
-        return refuse_file(r, "commands must be in order of time");
+        return refuse_file(r, "expected commands in order of time");
     command.is_sent_by_serial = link[0] == 's';
     if (run->command_count == COMMANDS_MAX)
         return refuse_file(r, "more than %u commands", COMMANDS_MAX);
@@ -191,14 +191,15 @@ static enum mr_status read_samples(struct hil_text_file *r, struct hil_run *run,
     if (run->samples || sscanf(text, "%u %lf %n", &count, &run->sample_rate_hz, &end) != 2 ||
         text[end] || count < 1 || count > SAMPLES_MAX ||
         !(run->sample_rate_hz > 0.0 && run->sample_rate_hz <= 1e9))
-        return refuse_file(r, "expected `samples <count 1..%u> <rate_hz>`, once", SAMPLES_MAX);
+        return refuse_file(r, "expected only one line `samples <count 1..%u> <rate_hz>`",
+                           SAMPLES_MAX);
     run->samples = calloc(count, sizeof *run->samples);
     if (!run->samples)
         abort();
     while (run->sample_count < count) {
         const char *line = hil_text_file_next_line(r);
         if (!line)
-            return refuse_file(r, "only %zu of %u samples", run->sample_count, count);
+            return refuse_file(r, "the file has only %zu of %u samples", run->sample_count, count);
         if (line[0] != 'x') {
             if (!read_row(line, run->samples[run->sample_count++]))
                 return refuse_file(r, "expected a row of %u integers, or xN", HIL_RUN_COLUMNS);
@@ -206,9 +207,9 @@ static enum mr_status read_samples(struct hil_text_file *r, struct hil_run *run,
         }
         if (!run->sample_count || sscanf(line, "x%u %n", &repeat, &end) != 1 || line[end] ||
             repeat > count - run->sample_count)
-            return refuse_file(r,
-                               "`%s` is not a repeat count after a row, or exceeds the %u samples",
-                               line, count);
+            return refuse_file(
+                r, "`%s` is not a repeat count after a row, or repeats beyond the %u samples", line,
+                count);
         for (; repeat; repeat--, run->sample_count++)
             memcpy(run->samples[run->sample_count], run->samples[run->sample_count - 1],
                    sizeof *run->samples);
@@ -256,7 +257,8 @@ enum mr_status hil_run_read(const char *path, struct hil_run *run, char *error, 
         status = read_line(&r, run, line);
     if (status == MR_OK &&
         (run->duration_s <= 0.0 || !run->samples || run->switch_count != HIL_RUN_SWITCHES))
-        status = refuse_file(&r, "%s duration_s, %s samples, %u of %u switches",
+        status = refuse_file(&r,
+                             "the run is incomplete: %s duration_s, %s samples, %u of %u switches",
                              run->duration_s > 0.0 ? "a" : "no", run->samples ? "its" : "no",
                              run->switch_count, HIL_RUN_SWITCHES);
     free(r.bytes);

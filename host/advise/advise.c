@@ -86,8 +86,8 @@ static enum mr_status update_ensemble(struct advise *advise, struct error *error
         }
         if (!advise_update(&advise->members, &landing->observation))
             return error_set(error, MR_NUMERICS,
-                             "cannot update the model from RUN %lld: a member of the ensemble "
-                             "diverged; check the readings of that landing, or void it",
+                             "cannot update the model from RUN %lld: a simulation of the ensemble "
+                             "diverged; check the readings of that landing, or void the landing",
                              (long long)landing->run);
     }
     if (history->is_relaid_since_landing)
@@ -176,23 +176,24 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
                                                                     : 0.0;
     if (plan->touchdown_ft >= length_ft)
         return error_set(error, MR_USAGE,
-                         "not on the runway: touchdown at %.1f ft; the mats end at %.1f ft",
+                         "touchdown station beyond the runway: %.1f ft; the mats end at %.1f ft, "
+                         "give a smaller --station",
                          plan->touchdown_ft, length_ft);
     advise->is_based_on_previous_landing =
         isnan(plan->speed_ft_s) || (isnan(plan->mean_braking_ft_s2) && !plan->profile.point_count);
     if (advise->is_based_on_previous_landing && !last)
         return error_set(error, MR_USAGE,
-                         "no plan: there is no earlier landing whose speed and deceleration could "
-                         "be used; give --speed and --deceleration");
+                         "no plan: the campaign has no earlier landing with a speed and a "
+                         "deceleration; give --speed and --deceleration");
     if (isnan(plan->speed_ft_s))
         plan->speed_ft_s = last->observation.braking.speed_ft_s;
     if (plan->profile.point_count) {
         plan->mean_braking_ft_s2 = compute_mean_deceleration_ft_s2(&plan->profile,
                                                                    plan->speed_ft_s);
         if (isnan(plan->mean_braking_ft_s2))
-            return error_set(
-                error, MR_USAGE,
-                "no stop: --profile does not stop the gear within 10 min; give harder braking");
+            return error_set(error, MR_USAGE,
+                             "no stop: with this --profile the gear still rolls after 10 min; give "
+                             "higher decelerations");
         for (size_t i = 0; i < plan->profile.point_count; i++)
             plan->profile.factor[i] /= plan->mean_braking_ft_s2;
     } else if (isnan(plan->mean_braking_ft_s2))
@@ -273,7 +274,7 @@ static bool refine_max_speed(struct advise *advise, struct advise_braking *braki
         double tried_ft_s = rows > 1 ? (speed_ft_s[at - 1] + speed_ft_s[at]) / 2.0
                           : below    ? MAX_SPEED_FRACTION * planned_ft_s
                                      : advise->min_speed_ft_s;
-        progress_set(advise->progress, "trying touchdown at %.1f ft/s", tried_ft_s);
+        progress_set(advise->progress, "simulating touchdown at %.1f ft/s", tried_ft_s);
         memmove(row + at + 1, row + at, (rows - at) * sizeof *row);
         memmove(speed_ft_s + at + 1, speed_ft_s + at, (rows - at) * sizeof *speed_ft_s);
         plan.speed_ft_s = speed_ft_s[at] = tried_ft_s;
@@ -302,7 +303,7 @@ static enum mr_status compute_advice_rows(struct advise *advise, struct error *e
     advise->min_braking_ft_s2 = advise_compute_min_braking_ft_s2(members, &advise->plan);
     choose_row_decelerations(advise, mean_ft_s2);
     for (size_t i = 0; good && i < ADVISE_ROW_COUNT; i++) {
-        progress_set(advise->progress, "%zu of %u decelerations tried", i, ADVISE_ROW_COUNT);
+        progress_set(advise->progress, "%zu of %u decelerations simulated", i, ADVISE_ROW_COUNT);
         good = advise_compute_row(members, &advise->plan, mean_ft_s2[i], braking, outcome,
                                   &advise->row[i]);
         advise->row_count++;
@@ -315,7 +316,7 @@ static enum mr_status compute_advice_rows(struct advise *advise, struct error *e
     free(outcome);
     if (!good)
         return error_set(error, MR_FULL,
-                         "too little memory for %zu members of the ensemble; give a smaller number "
+                         "too little memory for an ensemble of %zu runways; give a smaller number "
                          "with --members",
                          members->member_count);
     return MR_OK;
@@ -334,13 +335,13 @@ static void format_max_braking(const struct advise *advise, bool si,
                  advise->max_braking.is_unbounded ? "at least up" : "up", value);
     else if (isfinite(advise->stop_short_braking_ft_s2))
         snprintf(out, MAX_BRAKING_TEXT_SIZE,
-                 "the probability is below the limit only at a deceleration of %s or more; that "
+                 "the probability is below the limit only at a deceleration of %s or more, which "
                  "stops the gear before the closed mats",
                  from);
     else
         snprintf(out, MAX_BRAKING_TEXT_SIZE,
-                 "no rate of braking keeps the risks of a zone and of rolling off the end below "
-                 "the limit");
+                 "at every deceleration, the risk of a zone or of rolling off the end exceeds the "
+                 "limit");
 }
 
 /* Writes "a zone of 50 mats has a probability of 7 % (95 %: 7 to 23)". */
@@ -390,7 +391,7 @@ static void set_verdict(struct advise *advise, bool si)
                       : advise->is_plan_outside_range
                           ? "no earlier landing was similar to this plan"
                       : advise->history.surveyed_segment_count < advise->history.segment_count / 2u
-                          ? "the joints have not been surveyed since the last landing"
+                          ? "the mat has not been surveyed since the last landing"
                           : NULL;
     unit_value_text(UNIT_DECELERATION, si, row->mean_braking_ft_s2, 1, braking);
     format_max_braking(advise, si, hardest);
@@ -410,8 +411,7 @@ static void set_verdict(struct advise *advise, bool si)
     else
         snprintf(advise->reason, sizeof advise->reason, "at %s %s, %s the limit of %.0f %%%s; %s",
                  braking, zone,
-                 row->zone_probability.low >= limit ? "above"
-                                                    : "too close to be distinguished from",
+                 row->zone_probability.low >= limit ? "above" : "not significantly different from",
                  100.0 * limit, roll_off, hardest);
 }
 
@@ -633,16 +633,15 @@ static void add_plan(const struct advise *advise, struct answer *answer)
     answer_add_value(answer, "deceleration", "braking", UNIT_DECELERATION, plan->mean_braking_ft_s2,
                      2);
     if (advise->planned_landing_count)
-        answer_add_text(
-            answer, NULL, "followed",
-            "braking within %.0f %% rms of the plan, %+.0f %% on average, in %u landings "
-            "with a stored plan",
-            100.0 * plan->braking_spread, 100.0 * (exp(plan->braking_log_bias) - 1.0),
-            advise->planned_landing_count);
+        answer_add_text(answer, NULL, "followed",
+                        "deceleration differs from the plan by %.0f %% rms, %+.0f %% on average, "
+                        "in %u landings with a stored plan",
+                        100.0 * plan->braking_spread, 100.0 * (exp(plan->braking_log_bias) - 1.0),
+                        advise->planned_landing_count);
     else
         answer_add_text(answer, NULL, "followed",
-                        "braking within %.0f %% rms of the plan, assumed: no landing has a stored "
-                        "plan (--keep)",
+                        "deceleration assumed to differ from the plan by %.0f %% rms, because no "
+                        "landing has a stored plan (--keep)",
                         100.0 * plan->braking_spread);
     answer_add_value(answer, "spread", NULL, UNIT_NUMBER, plan->braking_spread, 3);
     answer_add_value(answer, "bias", NULL, UNIT_NUMBER, plan->braking_log_bias, 3);
@@ -685,24 +684,22 @@ static void add_notes(const struct advise *advise, struct answer *answer)
 {
     const struct history *history = &advise->history;
     const bool surveyed = advise->members.is_surveyed;
-    answer_add_text(
-        answer, NULL, "note",
-        "the stated probability of a zone is never below %.0f %% (no simulated runway reached "
-        "one) or above %.0f %% (all did), because the model is not exact",
-        100.0 * advise_calibrate_share(0.0, surveyed),
-        100.0 * advise_calibrate_share(1.0, surveyed));
+    answer_add_text(answer, NULL, "note",
+                    "because the model is not exact, the stated probability of a zone is %.0f %% "
+                    "if no simulated runway reached a zone, and %.0f %% if all did",
+                    100.0 * advise_calibrate_share(0.0, surveyed),
+                    100.0 * advise_calibrate_share(1.0, surveyed));
     if (!advise->members.update_count)
-        answer_add_text(
-            answer, NULL, "note",
-            "the model has not been updated from any landing: the ranges are the initial ones");
+        answer_add_text(answer, NULL, "note",
+                        "the model has not been updated from any landing: it uses the initial "
+                        "ranges of its parameters");
     if (advise->skipped_landing_count)
-        answer_add_text(
-            answer, NULL, "note",
-            "landings without a measured stop: %zu; they were not used, and their effect "
-            "on the joints is unknown",
-            advise->skipped_landing_count);
+        answer_add_text(answer, NULL, "note",
+                        "landings left out for lack of a measured stop: %zu; their effect on the "
+                        "joints is unknown",
+                        advise->skipped_landing_count);
     if (history->voided_landing_count)
-        answer_add_text(answer, NULL, "note", "void landings left out: %zu",
+        answer_add_text(answer, NULL, "note", "void landings left out of the model: %zu",
                         history->voided_landing_count);
     if (history->surveyed_segment_count < history->segment_count)
         answer_add_text(
@@ -711,20 +708,18 @@ static void add_notes(const struct advise *advise, struct answer *answer)
             "other segments are estimated from the simulated runways",
             history->surveyed_segment_count, history->segment_count);
     if (history->is_relaid_since_landing)
-        answer_add_text(
-            answer, NULL, "note",
-            "a series has begun since the last landing: the joint openings are assumed to "
-            "be those of a newly laid runway");
+        answer_add_text(answer, NULL, "note",
+                        "a series has begun since the last landing: the joints are assumed to have "
+                        "the openings of a newly laid runway");
     if (advise->repair_count)
         answer_add_text(
             answer, NULL, "note",
-            "%zu repair%s: the openings of these joints are assumed to be those of newly "
-            "laid mats",
+            "%zu repair%s: the repaired joints are assumed to have the openings of newly laid mats",
             advise->repair_count, advise->repair_count == 1 ? "" : "s");
     if (advise->is_plan_outside_range)
         answer_add_text(answer, NULL, "note",
                         "the plan is outside the range of the earlier landings: the uncertainty of "
-                        "the estimates is increased by half");
+                        "the estimates is multiplied by 1.5");
     if (advise->is_based_on_previous_landing)
         answer_add_text(answer, NULL, "note",
                         "speed or deceleration not given: the values of the last landing are used");
@@ -756,8 +751,9 @@ static void add_thrust(const struct advise *advise, struct answer *answer)
         answer_append_remark(
             answer, ", for the assumed irregularity; bow waves form above about %s", waves);
     } else {
-        answer_add_missing_value(answer, "critical", "critical thrust",
-                                 "unknown: the board has no irregularity set (predict.bump_in)");
+        answer_add_missing_value(
+            answer, "critical", "critical thrust",
+            "unknown, because predict.bump_in of the board's configuration is 0");
     }
 }
 
@@ -781,10 +777,9 @@ void advise_to_answer(const struct advise *advise, struct answer *answer)
     add_plan(advise, answer);
     answer_open_table(
         answer, "rows",
-        "Probability that the wheel reaches a zone of 50 closed mats, by mean deceleration "
-        "(rows), and up to each station (columns). In brackets: 95 % interval of the "
-        "sampling error of the ensemble. Last column: share of the simulated landings that roll "
-        "off the end");
+        "Probability that the wheel reaches a zone of 50 closed mats, by mean deceleration (rows) "
+        "and before each station (columns). In brackets: 95 % interval for the sampling error of "
+        "the ensemble. Last column: share of the simulated landings that roll off the end");
     for (size_t i = 0; i < advise->row_count; i++)
         add_row(advise, &advise->row[i], answer);
     answer_close_group(answer);
@@ -826,7 +821,8 @@ void advise_to_answer(const struct advise *advise, struct answer *answer)
 
 /* ---- chart ---- */
 
-_Static_assert(MR_RISK_CHART_ROWS >= ADVISE_ROW_COUNT, "a board takes all rows");
+_Static_assert(MR_RISK_CHART_ROWS >= ADVISE_ROW_COUNT,
+               "the chart of a board has a place for every row");
 
 static float convert_to_log_odds(double p)
 {
@@ -855,6 +851,6 @@ enum mr_status advise_make_chart(const struct advise *advise, unsigned landings,
     return mr_risk_plan_check(plan) == MR_OK
              ? MR_OK
              : error_set(error, MR_USAGE,
-                         "the plan is outside the range of the board; use speeds of 1 to 300 ft/s "
-                         "and a final deceleration of 0.1 ft/s2 or more");
+                         "the board cannot store this plan; give a speed of 1 to 300 ft/s and a "
+                         "final deceleration of 0.1 ft/s2 or more");
 }

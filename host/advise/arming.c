@@ -27,7 +27,7 @@ static void check_advice(struct store *store, int64_t armed_us, char out[ARMING_
     (void)store_advices_get(store, &rows, &count, &ignored);
     if (count && rows[count - 1].made_us > armed_us &&
         strcmp(rows[count - 1].verdict, "against") == 0)
-        append_line(out, "matrig advise recommends against this landing: %.300s\n",
+        append_line(out, "matrig advise recommends against the next landing: %.300s\n",
                     rows[count - 1].reason);
     free(rows);
 }
@@ -45,12 +45,13 @@ static void check_survey(struct store *store, int64_t armed_us, int64_t *runway_
         const struct store_gage_survey *row = &rows[count - 1];
         (void)store_gage_load_time_get(store, row->id, runway_loaded_us, &ignored);
         if (row->ended_us == STORE_NONE)
-            append_line(out, "survey %lld is not finished; continue it with matrig survey DB\n",
+            append_line(out,
+                        "survey %lld is not finished; continue the survey with matrig survey DB\n",
                         (long long)row->id);
         else if (row->made_us < armed_us)
             append_line(out,
-                        "the mat has not been surveyed since the last landing: survey %lld is "
-                        "older; run matrig survey DB\n",
+                        "the mat has not been surveyed since the last landing (newest survey: "
+                        "%lld); run matrig survey DB\n",
                         (long long)row->id);
         else if (!*runway_loaded_us)
             append_line(

@@ -160,10 +160,11 @@ static enum mr_status load_runway(struct store *store, const struct store_landin
         history->segment_count = config.chain.mats / MR_MATS_PER_SEGMENT;
         return MR_OK;
     }
-    return error_set(error, MR_TOO_FEW,
-                     "no runway: %s has no landing with the parameters of a predictor; log a "
-                     "landing with a board that runs the predictor (matrig board config)",
-                     store_path(store));
+    return error_set(
+        error, MR_TOO_FEW,
+        "runway unknown: %s has no landing with the parameters of the board's predictor; log a "
+        "landing with a board that runs the predictor (matrig board config)",
+        store_path(store));
 }
 
 /* Selects the landings from which the ensemble is updated: those before RUN `before`, of the board
@@ -238,7 +239,8 @@ enum mr_status history_load(struct store *store, int64_t before, struct history 
         last_in[s] = NAN;
     enum mr_status status = select_landings(store, before, &row, &count, history, &end_us, error);
     if (status == MR_OK && before && !count)
-        status = error_set(error, MR_TOO_FEW, "no landing before RUN %lld: %s; give a later RUN",
+        status = error_set(error, MR_TOO_FEW,
+                           "the campaign has no landing before RUN %lld: %s; give a later RUN",
                            (long long)before, store_path(store));
     if (status == MR_OK)
         status = load_runway(store, row, count, history, error);

@@ -107,7 +107,7 @@ static void add_data_quality(const struct summary *summary, struct answer *answe
                     summary->gap_count == 1 ? "" : "s", summary->fault_count,
                     summary->fault_count == 1 ? "" : "s");
     if (summary->channel_event_count)
-        answer_add_text(answer, NULL, "channels", "%zu changes of validity",
+        answer_add_text(answer, NULL, "channels", "validity of a channel changed %zu times",
                         summary->channel_event_count);
 }
 

@@ -272,8 +272,8 @@ static enum mr_status read_text(const struct inspection_field *field, const char
     const bool is_other = !was || strcmp(was, text) != 0;
     if (strlen(text) >= INSPECTION_TEXT_SIZE - 40 || !text_is_plain(text))
         return error_set(error, MR_USAGE,
-                         "not a text: the value of %s; give one line of at most %d characters of "
-                         "UTF-8, not only blanks",
+                         "the value of %s is not one line of text; give one line of at most %d "
+                         "characters in UTF-8, not only blanks",
                          field->name, INSPECTION_TEXT_SIZE - 41);
     json_object_set_new(values, field->name, json_string(text));
     if (field->choices && !spell_suggest_add_choices(&near, text, field->choices)) {
@@ -281,10 +281,10 @@ static enum mr_status read_text(const struct inspection_field *field, const char
         return set_unknown_name_error(&near, "not a choice", field->name, advice, error);
     }
     if (field->type == INSPECTION_DIGEST && is_other)
-        return error_set(
-            error, MR_IO,
-            "the picture has changed: %s of the file is not %.12s...; restore the file",
-            field->name, text);
+        return error_set(error, MR_IO,
+                         "the picture has changed: %s of the file differs from the recorded "
+                         "%.12s...; restore the file",
+                         field->name, text);
     return field->type == INSPECTION_PICTURE ? read_picture(field, text, values, error) : MR_OK;
 }
 
@@ -305,7 +305,7 @@ enum mr_status inspection_parse_field(const struct inspection_kind *kind, const 
                                       "matrig record --kinds lists the fields", error);
     const bool derived = field->type >= INSPECTION_DIGEST;
     if (json_object_get(values, field->name) && !derived)
-        return error_set(error, MR_USAGE, "two values: %s; give one", field->name);
+        return error_set(error, MR_USAGE, "two values for %s; give only one", field->name);
     if (!derived) {
         set_number(field, number, values);
         json_object_set_new(values, field->name, json_null());
@@ -373,7 +373,7 @@ static const char *find_broken_rule(struct store *store, const struct store_reco
     if (strcmp(row->kind, #of) == 0 && (is_broken)) \
         return message;
 #include "host/store/records.def"
-    return json_object_size(values) == 0 ? "no value; give FIELD=VALUE" : NULL;
+    return json_object_size(values) == 0 ? "no value given; give FIELD=VALUE" : NULL;
 }
 
 /* Returns true for two records of one subject: the same landing, mat, joint or station. Damage and
@@ -451,9 +451,10 @@ enum mr_status inspection_add(struct store *store, struct inspections *all,
     bool fits = snprintf(put.fields, sizeof put.fields, "%s", text) < (int)sizeof put.fields;
     free(text);
     if (!fits)
-        return error_set(error, MR_TOO_LONG,
-                         "record too long: %s; give at most %zu characters in all", row->kind,
-                         sizeof put.fields - 1);
+        return error_set(
+            error, MR_TOO_LONG,
+            "the values of the record are too long: %s; give at most %zu characters in total",
+            row->kind, sizeof put.fields - 1);
     const char *broken = values ? find_broken_rule(store, row, values) : NULL;
     if (broken)
         return error_set(error, MR_USAGE, "wrong record of %s: %s", row->kind, broken);

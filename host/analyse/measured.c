@@ -203,10 +203,11 @@ void measured_format_unknown_stop(const struct measured_landing *measured,
 {
     if (measured->missing_edges > 0)
         snprintf(out, MEASURED_REASON_SIZE,
-                 "the board reported %zu switches, %zu of which are missing in the record",
-                 measured->gate_count + measured->missing_edges, measured->missing_edges);
+                 "%zu of the %zu switch edges that the board reported are missing in the record",
+                 measured->missing_edges, measured->gate_count + measured->missing_edges);
     else if (measured->switch_in_gap > 0)
-        snprintf(out, MEASURED_REASON_SIZE, "nothing was recorded when switch %u was due",
+        snprintf(out, MEASURED_REASON_SIZE,
+                 "data is missing at the time when the gear passed switch %u",
                  measured->switch_in_gap);
     else if (measured->unopened_switch > 0)
         snprintf(out, MEASURED_REASON_SIZE,
@@ -434,12 +435,12 @@ void measured_format_missing_start(const struct measured_landing *measured,
                                                  : "speeds are not known";
     if (measured->is_start_missing && measured->first_edge > 0)
         snprintf(out, MEASURED_MISSING_START_SIZE,
-                 "incomplete: the switch edges before number %lld were not received; %s",
+                 "incomplete: the switch edges before edge %lld were not received; %s",
                  (long long)measured->first_edge, lost);
     else if (measured->is_start_missing)
         snprintf(out, MEASURED_MISSING_START_SIZE,
-                 "incomplete: none of %zu switch edges was received; %s", measured->missing_edges,
-                 lost);
+                 "incomplete: none of the %zu switch edges was received; %s",
+                 measured->missing_edges, lost);
 }
 
 const char *measured_origin_text(const struct measured_landing *measured)
@@ -643,8 +644,8 @@ static const struct {
     [MEASURED_CAN] = {"can", 'C', "CAN messages, displacements at 500 Hz and tensions at 250 Hz",
                       "from CAN (displacements at 500 Hz, tensions at 250 Hz)"},
     [MEASURED_BOX] = {"blackbox", 'B', "black box records, 1 kHz", "from the black box"},
-    [MEASURED_IMPORT] = {"import", 'I', "a file of another instrument",
-                         "from a file of another instrument"},
+    [MEASURED_IMPORT] = {"import", 'I', "a file of a different instrument",
+                         "from a file of a different instrument"},
 };
 
 const char *measured_source_name(enum measured_source source)
@@ -703,10 +704,10 @@ void measured_format_source(const struct measured_landing *measured, char out[ME
         separator = ",";
     }
     if (measured->skipped_blocks && used < MEASURED_SOURCE_SIZE)
-        used +=
-            (size_t)snprintf(out + used, MEASURED_SOURCE_SIZE - used,
-                             "; the %lld ms before these are stored in the campaign but not shown",
-                             (long long)measured->skipped_blocks);
+        used += (size_t)snprintf(
+            out + used, MEASURED_SOURCE_SIZE - used,
+            "; %lld ms of earlier readings are stored in the campaign but not shown",
+            (long long)measured->skipped_blocks);
     if (used < MEASURED_SOURCE_SIZE &&
         format_excluded(measured, out + used + 2, MEASURED_SOURCE_SIZE - used - 2))
         memcpy(out + used, "; ", 2);

@@ -235,7 +235,7 @@ static enum mr_status allocate_series(struct measured_landing *measured, int64_t
     if (last < first || last - first >= SAMPLES_MAX)
         return error_set(error, MR_MALFORMED,
                          "impossible block numbers: RUN %lld, blocks %lld to %lld; the database is "
-                         "damaged, use a different copy",
+                         "damaged, use a different copy of the campaign",
                          (long long)measured->landing.id, (long long)first, (long long)last);
     measured->first_block = first;
     measured->samples = (size_t)(last - first) + 1;
@@ -426,9 +426,10 @@ static enum mr_status load_board_series(struct store *store, struct series_data 
     select_groups(measured, &record->groups);
     record->from_block = find_first_block(measured, &record->groups);
     if (store_blocks_for_each(store, run, append_block, record, error) != MR_OK)
-        return error_set(error, MR_MALFORMED,
-                         "damaged block record: RUN %lld of %s; the database is damaged",
-                         (long long)run, store_path(store));
+        return error_set(
+            error, MR_MALFORMED,
+            "damaged block record: RUN %lld of %s; use a different copy of the campaign",
+            (long long)run, store_path(store));
     if (messages)
         status = store_frames_for_each(store, run, LINK_CAN, append_message, record, error);
     /* messages extend the record only before its first or after its last block record */

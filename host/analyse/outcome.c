@@ -272,7 +272,7 @@ static void determine_outcome_from_transducers(const struct measured_landing *me
     }
     outcome->covered_share = compute_covered_share(measured);
     if (!(outcome->covered_share > 0.0)) {
-        outcome->unknown_reason = "fewer than two transducers gave readings";
+        outcome->unknown_reason = "fewer than two transducers have readings";
         return;
     }
     struct reached_zone reach = find_reached_zone(measured, slack);

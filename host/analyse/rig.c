@@ -22,10 +22,11 @@ enum mr_status rig_predict_next_landing(const double *x, const double *y, size_t
         return status;
     double value = line.intercept.value + line.slope.value * at;
     if (squared && !(value > 0.0))
-        return error_set(error, MR_NUMERICS,
-                         "the gear would not reach touchdown: release at %g ft, according to %zu "
-                         "landings; give a height near the heights of these landings",
-                         at, count);
+        return error_set(
+            error, MR_NUMERICS,
+            "the gear would not reach touchdown from a release height of %g ft, according to %zu "
+            "landings; give a height near the heights of these landings",
+            at, count);
     *predicted = line_predict(&line, count, at, squared ? 1.0 / value : 1.0);
     if (squared) {
         predicted->value = sqrt(value);
@@ -43,8 +44,9 @@ enum mr_status rig_measure_height(const struct rig_marks *marks, struct estimate
     if (!(between > 20.0 * marks->error && between > 0.0 && marks->error >= 0.0 &&
           isfinite(px + py)))
         return error_set(error, MR_USAGE,
-                         "no scale: the points of known distance are %.3g pixels apart; mark three "
-                         "points, the first two more than 20 errors of a mark apart",
+                         "the scale of the picture is too uncertain: the points of known distance "
+                         "are only %.3g pixels apart; mark three points, the first two at a "
+                         "distance of more than 20 times the error of a mark",
                          between);
     /* y increases downwards in a picture */
     const double off = (dy * px - dx * py) / between * (dx < 0.0 ? -1.0 : 1.0),

@@ -104,11 +104,11 @@ static const char *get_gap_reason(const char *cause)
         {"lock", "lost while another program held the campaign"},
         {"slow disk", "lost while the disk was slow"},
         {"full disk", "lost while the disk was full"},
-        {"processor", "lost while this computer was too slow"},
+        {"processor", "lost because this computer was too slow"},
         {"adapter", "lost in the adapter"},
         {"bus-off", "lost while the adapter was off the bus"},
         {"away", "lost while the link was disconnected"},
-        {"file", "not in the file"},
+        {"file", "missing in the file"},
         {"silence", "the link was silent"},
     };
     for (size_t i = 0; i < sizeof reasons / sizeof reasons[0]; i++) {
@@ -139,11 +139,12 @@ static void add_link(const struct summary_link *link, int kind, struct answer *a
         answer_add_text(answer, NULL, summary_link_name(kind), "not used");
         return;
     }
-    answer_add_text(answer, NULL, summary_link_name(kind),
-                    "%lld frames received, %lld lost, %lld not sent by the board%s",
-                    (long long)link->received_frames, (long long)link->lost_frames,
-                    (long long)link->dropped_frames,
-                    link->was_silent ? "; the link was silent for a time: more may be lost" : "");
+    answer_add_text(
+        answer, NULL, summary_link_name(kind),
+        "%lld frames received, %lld lost, %lld not sent by the board%s",
+        (long long)link->received_frames, (long long)link->lost_frames,
+        (long long)link->dropped_frames,
+        link->was_silent ? "; the link was silent for a time, so more frames may be lost" : "");
     summary_format_link_errors(link->error_count, line, sizeof line);
     snprintf(label, sizeof label, "%s link", summary_link_name(kind));
     if (line[0])
@@ -186,7 +187,7 @@ static void add_mean(const struct store_mean *mean, struct answer *answer)
         const struct mr_quantity_info *info = mr_quantity_at(i);
         const struct store_mean *m = &mean[i];
         if (!m->readings && m->messages)
-            answer_add_text(answer, NULL, info->name, "none of %lld readings received; %s",
+            answer_add_text(answer, NULL, info->name, "none of the %lld readings is valid; %s",
                             (long long)m->messages, info->missing_reason);
         if (!m->readings)
             continue;
@@ -233,30 +234,28 @@ static void add_missing_samples(const struct measured_landing *measured, enum mr
 {
     char numbers[120];
     if (measured->has_no_baseline && kind == MR_KIND_DISPLACEMENT)
-        answer_add_sentence(answer, NULL,
-                            "No reading at rest was received before the landing: movements are not "
-                            "known.");
+        answer_add_sentence(
+            answer, NULL,
+            "Movements are unknown, because no reading at rest was received before the landing.");
     else if (measured->is_start_missing && measured->first_edge > 0)
-        answer_add_sentence(
-            answer, NULL,
-            "The first switch edges were not received: least, most and end values are "
-            "those from edge %lld on.",
-            (long long)measured->first_edge);
+        answer_add_sentence(answer, NULL,
+                            "The first switch edges were not received: minimum, maximum and end "
+                            "values cover only the time from edge %lld on.",
+                            (long long)measured->first_edge);
     if (measured_ends_while_moving(measured))
-        answer_add_sentence(
-            answer, NULL,
-            "The record ends %.3f s after %s, while the gear %s: peaks and end values "
-            "are those up to that time.",
-            measured_time_s(measured, measured->samples - 1), measured_origin_text(measured),
-            measured_motion_at_end_text(measured));
+        answer_add_sentence(answer, NULL,
+                            "The record ends %.3f s after %s, while the gear %s: peaks and end "
+                            "values cover only the time until then.",
+                            measured_time_s(measured, measured->samples - 1),
+                            measured_origin_text(measured), measured_motion_at_end_text(measured));
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
         if (!has_missing_samples(channel, kind) ||
             !format_channels_missing_alike(measured, c, numbers, sizeof numbers))
             continue;
         answer_add_sentence(answer, NULL,
-                            "Readings are missing from %.3f to %.3f s (%s%s %s): peaks in this "
-                            "interval are missed, and the stated errors do not include that.",
+                            "Readings are missing from %.3f to %.3f s (%s%s %s): a peak in this "
+                            "interval is not measured, and the stated errors do not include this.",
                             measured_time_s(measured, channel->missing_start),
                             measured_time_s(measured, channel->missing_end),
                             kind == MR_KIND_TENSION ? "gage" : "transducer",
@@ -394,7 +393,7 @@ static void format_time_of_day(double host_us, char *out, size_t size)
     struct tm utc;
     char text[40];
     if (!(fabs(host_us) < HOST_TIME_MAX_US) || !gmtime_r(&second, &utc)) {
-        snprintf(out, size, "a time outside the calendar");
+        snprintf(out, size, "unknown (date outside the calendar)");
         return;
     }
     strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &utc);
@@ -557,8 +556,8 @@ void summary_format_switches(const struct measured_landing *measured, char *out,
                                to, state);
     }
     if (measured->edge_count > seen && length > 0 && (size_t)length < size)
-        snprintf(out + length, size - (size_t)length, "; %zu edges were not assigned to a switch",
-                 measured->edge_count - seen);
+        snprintf(out + length, size - (size_t)length,
+                 "; %zu edges could not be assigned to a switch", measured->edge_count - seen);
 }
 
 static double get_event_time_s(const struct measured_landing *measured,
@@ -623,7 +622,7 @@ static void add_restarts(const struct summary *summary, struct answer *answer)
     if (measured->samples)
         snprintf(after, sizeof after, " after %.3f s",
                  measured_time_s(measured, measured->samples - 1));
-    answer_add_text(answer, NULL, "restart", "the board restarted (%s): the record ends%s",
+    answer_add_text(answer, NULL, "restart", "the board restarted (%s), so the record ends%s",
                     cause[0] ? cause : "cause not known", after)
         ->is_warning = true;
     answer_open_group(answer, "restart", "");
@@ -877,8 +876,8 @@ static void add_board(const struct store_landing *landing, int64_t can_base, str
     answer_add_count(answer, "clock_source", NULL, landing->clock_source);
     answer_add_text(answer, NULL, "oscillator",
                     landing->clock_source == STORE_NONE ? "not known"
-                    : landing->clock_source > 0         ? "internal: 1 %% error in all speeds"
-                                                        : "crystal");
+                    : landing->clock_source > 0 ? "internal oscillator: 1 %% error in all speeds"
+                                                : "crystal");
 }
 
 void summary_add_calibration(const struct measured_landing *measured, struct answer *answer)
@@ -907,7 +906,7 @@ void summary_add_alerts(const struct summary *summary, struct answer *answer)
             ->is_warning = true;
     answer_add_flag(answer, "torn", NULL, measured->is_start_missing);
     if (summary->duplicate_run)
-        answer_add_text(answer, NULL, "twice", "this is the same landing as RUN %lld",
+        answer_add_text(answer, NULL, "twice", "RUN %lld is the same landing",
                         (long long)summary->duplicate_run)
             ->is_warning = true;
     answer_add_count(answer, "same_as", NULL,

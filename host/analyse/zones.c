@@ -285,8 +285,8 @@ static void add_warning_reason(const struct zone_warning *w, struct answer *answ
 
 static const char *get_not_reached_text(const struct zone_warning *w)
 {
-    return w->is_path_known ? "never: the gear stopped before this zone"
-                            : "not known: the record does not show where the gear stopped";
+    return w->is_path_known ? "none, because the gear stopped before this zone"
+                            : "unknown, because the record does not show where the gear stopped";
 }
 
 /* Adds the board's own prediction. It is not the lead time to 50 closed mats (record.h). */
@@ -332,7 +332,8 @@ static void add_warning(const struct zone_warning *w, struct answer *answer)
         ->digits = 9;
     answer_add_count(answer, "inferred_percent", NULL, w->inferred_percent);
     if (w->inferred_percent > 0)
-        answer_add_text(answer, NULL, "inferred", "%lld %% of the zone, from the survey only",
+        answer_add_text(answer, NULL, "inferred",
+                        "%lld %% of the zone was inferred from the survey alone",
                         (long long)w->inferred_percent);
     add_lead_time(w, answer);
     answer_add_count(answer, "most_mats", "zone warned of, mats", w->longest_mats);
@@ -383,8 +384,9 @@ void zones_add_warning_status(const struct zones *zones, bool has_board, struct 
     if (has_board)
         add_warning_status(zones, answer);
     else
-        answer_add_text(answer, NULL, "zone",
-                        "no board was recording: the readings are from another instrument");
+        answer_add_text(
+            answer, NULL, "zone",
+            "no board recorded this landing: the readings are from a different instrument");
 }
 
 void zones_to_answer(const struct zones *zones, bool has_board, struct answer *answer)
@@ -397,7 +399,7 @@ void zones_to_answer(const struct zones *zones, bool has_board, struct answer *a
     answer_open_group(answer, "zone",
                       !w->has_warning ? NULL
                       : first ? "first warning as the board reported it (+- is one standard error)"
-                              : "first warning that was received (+- is one standard error)");
+                              : "first warning received (+- is one standard error)");
     answer_add_flag(answer, "warned", NULL, w->has_warning);
     answer_add_flag(answer, "all_heard", NULL,
                     has_board &&
@@ -426,12 +428,12 @@ bool zones_format_missed_warning_reason(const struct zones_completeness *receive
         return true;
     }
     if (received->is_first_message_late) {
-        snprintf(text, sizeof text, "no zone messages until %s",
+        snprintf(text, sizeof text, "no zone message was received until %s",
                  format_moment(received->first_s, received->origin, when));
         append_reason(out, text);
     }
     if (received->pause_from_s < before_s) {
-        snprintf(text, sizeof text, "no zone messages from %.3f to %.3f s after %s",
+        snprintf(text, sizeof text, "no zone message was received from %.3f to %.3f s after %s",
                  received->pause_from_s, received->pause_to_s, received->origin);
         append_reason(out, text);
     }
@@ -577,11 +579,10 @@ static void add_condition(const struct predictor_inputs *inputs, enum predictor_
                           struct answer *answer)
 {
     static const char *const words[] = {
-        [PREDICTOR_WITHOUT_TRANSDUCERS] =
-            "no transducer corrects the model: zones are predicted from switches, "
-            "survey and earlier landings only",
-        [PREDICTOR_WITHOUT_MOTION] = "no switch gave the position of the gear: zones are predicted "
-                                     "from transducers and survey only, without times",
+        [PREDICTOR_WITHOUT_TRANSDUCERS] = "no transducer corrects the model: zones are predicted "
+                                          "only from switches, survey and earlier landings",
+        [PREDICTOR_WITHOUT_MOTION] = "no switch measures the position of the gear: zones are "
+                                     "predicted only from transducers and survey, without times",
         [PREDICTOR_RESTARTED] = "the model diverged and was restarted from the last survey or "
                                 "landing: do not rely on the zones predicted",
     };
@@ -589,12 +590,12 @@ static void add_condition(const struct predictor_inputs *inputs, enum predictor_
     if (isnan(span->from_s))
         return;
     if (lack == PREDICTOR_COARSE_MODEL)
-        answer_add_text(
-            answer, NULL, PREDICTOR_LABEL,
-            "from %.3f to %.3f s the model was coarser (%s instead of every mat), because of the "
-            "update "
-            "limit (predict.updates_per_block) or a backlog: the ends of zones are less certain",
-            span->from_s, span->to_s, mr_predictor_level_text((unsigned)inputs->worst_level));
+        answer_add_text(answer, NULL, PREDICTOR_LABEL,
+                        "the ends of zones are less certain from %.3f to %.3f s, because the "
+                        "update limit (predict.updates_per_block) or a backlog made the model "
+                        "coarser (%s instead of every mat)",
+                        span->from_s, span->to_s,
+                        mr_predictor_level_text((unsigned)inputs->worst_level));
     else
         answer_add_text(answer, NULL, PREDICTOR_LABEL, "%s; from %.3f to %.3f s", words[lack],
                         span->from_s, span->to_s);
@@ -631,10 +632,10 @@ static void add_risk(const struct predictor_inputs *inputs, struct answer *answe
                                                  : ", computed without plan and chart",
         inputs->risk_basis & MR_RISK_NO_TRANSDUCER ? ", without a valid transducer" : "");
     if (!isnan(inputs->off_plan_s))
-        answer_add_text(
-            answer, NULL, PREDICTOR_LABEL,
-            "the landing left the plan, as detected at %.3f s: later risks do not use the plan",
-            inputs->off_plan_s);
+        answer_add_text(answer, NULL, PREDICTOR_LABEL,
+                        "the board detected at %.3f s that the landing differs from the plan: "
+                        "later risks do not use the plan",
+                        inputs->off_plan_s);
     if (inputs->is_chart_outdated)
         answer_add_text(answer, NULL, PREDICTOR_LABEL,
                         "the loaded chart was ignored: it was computed for a different runway or "

@@ -61,7 +61,8 @@ static void reserve_stack(void)
     struct rlimit limit = {STACK_LIMIT, STACK_LIMIT};
     getrlimit(RLIMIT_STACK, &limit);
     if (limit.rlim_max < STACK_LIMIT)
-        error_set(fatal, MR_FULL, "stack too small: %llu kB, matrig needs %u kB; run ulimit -s %u",
+        error_set(fatal, MR_FULL,
+                  "stack too small: the limit is %llu kB, but matrig needs %u kB; run ulimit -s %u",
                   (unsigned long long)limit.rlim_max / 1024, STACK_LIMIT / 1024,
                   STACK_LIMIT / 1024);
     if (limit.rlim_cur < STACK_LIMIT) {

@@ -97,7 +97,7 @@ static const struct command_part parts[] = {
 const struct command command_matrig = {"matrig",
                                        NULL,
                                        "COMMAND ...",
-                                       "instrument for a model landing-mat runway",
+                                       "measuring system for a model landing-mat runway",
                                        COMMAND_PARTS(parts),
                                        {0, 0, ""}};
 
@@ -135,8 +135,8 @@ static enum mr_status refuse_unknown_or_misplaced(const struct parser *p, const 
                          word, p->name, word);
     if (strstr(p->command->operands.names, "RUN") && word[1 + strspn(word + 1, "0123456789")] == 0)
         return error_set(error, MR_UNKNOWN,
-                         "not a RUN: '%s' of %s; RUN is the number of a landing, from 1: matrig "
-                         "show DB lists them",
+                         "not a RUN: '%s' of %s; give the number of a landing, 1 or more (matrig "
+                         "show DB lists the landings)",
                          word, p->name);
     return refuse_unknown_option(p->command, p->name, word, error);
 }
@@ -181,8 +181,8 @@ static enum mr_status read_run(const struct parser *p, const struct command_opti
     struct error why = {0};
     if (parse_run(text, get_value_address(p, option), &why) != MR_OK)
         return error_set(error, why.status,
-                         "not a RUN: '%s' for %s; write the whole number of a landing, from 1",
-                         text, option->name);
+                         "not a RUN: '%s' for %s; give the number of a landing, 1 or more", text,
+                         option->name);
     return MR_OK;
 }
 
@@ -368,7 +368,7 @@ static enum mr_status refuse_extra_word(const struct parser *p, char **argv, int
         argv[i][strspn(argv[i], "0123456789")] == '\0')
         return error_set(error, MR_USAGE,
                          "unexpected argument: '%s' of %s; for landing %s of the board write "
-                         "landing%s, in one word",
+                         "landing%s, as one word",
                          argv[i], p->name, argv[i], argv[i]);
     if (is_unit_of_previous_number(p, argv, i))
         return error_set(error, MR_USAGE,

@@ -84,10 +84,10 @@ struct command {
 /* Groups of commands in the help, by task. */
 /* clang-format off */
 #define COMMAND_GROUPS(X)                                                     \
-    X(DAY, "The day: get ready, land, survey")                                \
-    X(BOARD, "The board: program, configure and calibrate it")                \
-    X(DATA, "The data: show, compare, report and export a campaign")          \
-    X(STUDIES, "Studies: simulate the mat, find its parameters, design its bands")
+    X(DAY, "Test day: get ready, land, survey")                                \
+    X(BOARD, "Board: program, configure, calibrate")                \
+    X(DATA, "Data: show, compare, report and export a campaign")          \
+    X(STUDIES, "Studies: simulate the mat, fit its parameters, design its bands")
 /* clang-format on */
 
 enum command_group {
@@ -156,7 +156,7 @@ struct command_table {
 /* clang-format on */
 
 /* For commands that write a file which people fill in (host/base/output.h, output_check_new). */
-#define OPTION_FORCE(member) OPTION_FLAG("--force", member, "replace the file if it exists")
+#define OPTION_FORCE(member) OPTION_FLAG("--force", member, "replace an existing file")
 
 /* Global options, which stand before the command. The rows of command_matrig describe them. */
 struct global_options {

@@ -162,7 +162,7 @@ static int print_json(const struct command_table *table, const struct command *o
     return cli_print_json(json_pack("{s:o}", "commands", list), 0);
 }
 
-static const struct command command_help = {"help", NULL, "[COMMAND]", "what matrig can do",
+static const struct command command_help = {"help", NULL, "[COMMAND]", "list of the commands",
                                             NULL,   0,    {0, 1, ""}};
 
 int help_run(int argc, char **argv, const struct command_table *table, const struct cli *cli)

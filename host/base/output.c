@@ -40,18 +40,18 @@ enum mr_status output_check_file_format(const char *path, const char *wanted, st
         {"\320\317\021\340", "an old spreadsheet", "save the sheet as CSV"},
         {"%PDF", "a PDF", "give the file with the data"},
         {"\211PNG", "a picture", "give the file with the data"},
-        {"SQLite format 3", "a campaign", "matrig show lists its contents"},
-        {"matrig-run ", "a recorded landing", "matrig-board --rig plays it"},
+        {"SQLite format 3", "a campaign", "list its contents with matrig show"},
+        {"matrig-run ", "a recorded landing", "play the landing with matrig-board --rig"},
         {"MDF     ", "an MDF4 file", "export the file as CSV"},
         {"# matrig configuration", "a board's configuration",
-         "load it with matrig board config set"},
+         "load the configuration with matrig board config set"},
         {"<!DOCTYPE", "a web page", "give the file with the data"},
-        {"\037\213", "a compressed file", "unpack it with gunzip"},
-        {"\375\067zXZ", "a compressed file", "unpack it with unxz"},
-        {"(\265/\375", "a compressed file", "unpack it with unzstd"},
-        {"LOGG\220", "a BLF log", "convert it to a candump log"},
-        {";$FILEVERSION", "a PEAK trace", "convert it to a candump log"},
-        {"\377\376", "a text in UTF-16", "save it as CSV UTF-8"},
+        {"\037\213", "a compressed file", "unpack the file with gunzip"},
+        {"\375\067zXZ", "a compressed file", "unpack the file with unxz"},
+        {"(\265/\375", "a compressed file", "unpack the file with unzstd"},
+        {"LOGG\220", "a BLF log", "convert the file to a candump log"},
+        {";$FILEVERSION", "a PEAK trace", "convert the file to a candump log"},
+        {"\377\376", "a text in UTF-16", "save the text as CSV in UTF-8"},
     };
     char begins[32] = "";
     struct stat kind;
@@ -161,8 +161,9 @@ static enum mr_status check_path(const char *path, struct error *error)
     char target[PATH_MAX], folder[PATH_MAX];
     struct stat info;
     if (strcmp(path, "-") == 0)
-        return error_set(error, MR_USAGE,
-                         "not a file name: -; give a path (/dev/stdout is standard output)");
+        return error_set(
+            error, MR_USAGE,
+            "the file name - is not accepted; give a path (/dev/stdout for standard output)");
     bool exists = stat(path, &info) == 0;
     if (exists && S_ISDIR(info.st_mode))
         return errno = EISDIR, set_write_error(path, error);

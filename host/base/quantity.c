@@ -85,7 +85,7 @@ static const struct unit_symbol unit_symbols[] = {
 /* quantity_kind_find compares only the first unit of each kind. */
 static const struct quantity_kind quantity_kinds[] = {
     {"a length", "ft, in, mm, cm, m", "m", NULL},
-    {"a force", "lb, kip, N, kN, kgf, kg", "N", "kg is the weight of that mass"},
+    {"a force", "lb, kip, N, kN, kgf, kg", "N", "kg means the weight of that mass"},
     {"a speed", "ft/s, m/s, km/h, mph, kn, in/s, mm/s", "m/s", NULL},
     {"an acceleration", "ft/s2, m/s2, g", "m/s2", NULL},
     {"a time", "s, ms, us, min, h, d", "s", NULL},

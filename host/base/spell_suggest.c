@@ -97,10 +97,10 @@ void spell_suggest_text(const struct spell_suggest *suggest,
         const char *words, *answer;
     } otherwise[] = {
         {" delete remove rm undo revert ",
-         "matrig deletes nothing; to undo a mistake use landing --void, --withdraw or "
+         "matrig deletes no data; to undo a mistake use landing --void, --withdraw or "
          "--withdraw-series, or survey --withdraw"},
         {" arm disarm zero shunt reset gages gauges ",
-         "this is a command to the board: matrig board --serial LINK arm, disarm, zero [1|2], "
+         "to send a command to the board use matrig board --serial LINK arm, disarm, zero [1|2], "
          "shunt or reset"},
         {" output out ", "name the output file with -o F"},
         {" list ls view open summary ", "to list the landings use matrig show DB"},
@@ -108,8 +108,8 @@ void spell_suggest_text(const struct spell_suggest *suggest,
         {" start begin run ", "to record landings use matrig log"},
         {" stop quit exit end ", "to end matrig log, press Ctrl-C in its terminal"},
         {" version ", "write matrig --version"},
-        {" format pdf print ",
-         "the extension of -o F sets the format; to print a report, open its page in a browser"},
+        {" format pdf print ", "the extension of the file for -o sets the format; to print a "
+                               "report, open its page in a browser"},
     };
     char word[40];
     out[0] = '\0';

@@ -16,7 +16,7 @@ enum mr_status line_fit_with_weights(const double *x, const double *y, const dou
 {
     if (count < 3)
         return error_set(error, MR_TOO_FEW,
-                         "too few points for a slope with its error: %zu; give three or more",
+                         "too few points for a slope and its error: %zu; give three or more",
                          count);
     double sum = 0.0, mx = 0.0, my = 0.0, sxx = 0.0, sxy = 0.0, residual2 = 0.0;
     for (size_t i = 0; i < count; i++)
@@ -34,8 +34,8 @@ enum mr_status line_fit_with_weights(const double *x, const double *y, const dou
     if (!(sxx > 0.0))
         return error_set(
             error, MR_TOO_FEW,
-            "cannot fit a slope: all %zu points are at %g; give points at different values", count,
-            mx);
+            "cannot fit a slope, because all %zu points are at %g; give points at different values",
+            count, mx);
     double slope = sxy / sxx;
     for (size_t i = 0; i < count; i++) {
         double off = y[i] - my - slope * (x[i] - mx);

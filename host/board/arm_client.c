@@ -16,8 +16,8 @@ const char *arm_client_refusal_text(enum mr_status answer)
         return "the black box has no room for a landing; read its records and free them (matrig "
                "board list)";
     case MR_NOT_NOW:
-        return "not possible in the present state of the board: it is armed, in a landing, or not "
-               "measuring; disarm it, or see matrig board health";
+        return "the board is armed, in a landing, or does not measure; disarm the board, or see "
+               "matrig board health";
     default: return mr_status_text(answer);
     }
 }
@@ -64,9 +64,10 @@ static enum mr_status set_refusal_error(const struct arm_client *client, const s
             "of the landing, or disarm the board",
             link, mr_landing_state_text(client->landing.state), client->landing.landing);
     if (answer == MR_WAIT && client->box_state_known && client->box_state.wait_s > 0.0f)
-        return error_set(error, answer,
-                         "the board refused `%s`: %s; the black box is ready in about %.0f s", name,
-                         link, ceil((double)client->box_state.wait_s));
+        return error_set(
+            error, answer,
+            "the board refused `%s`: %s; try again in about %.0f s, when the black box is ready",
+            name, link, ceil((double)client->box_state.wait_s));
     return error_set(error, answer, "the board refused `%s`: %s; %s", name, link,
                      arm_client_refusal_text(answer));
 }
@@ -99,8 +100,8 @@ enum mr_status arm_client_send(struct arm_client *client, uint8_t code, int32_t 
     enum mr_status status = dialogue_send_command(client->dialogue, &order, &ack, error);
     if (status == MR_TIMEOUT)
         return error_set(error, MR_TIMEOUT,
-                         "the board did not answer `%s` within %d s: %s; check the state of the "
-                         "board before you try again",
+                         "the board did not answer `%s` within %d s: %s; before you try again, "
+                         "check the state of the board",
                          mr_command_name(code), ARM_CLIENT_ANSWER_TIMEOUT_S,
                          dialogue_spec(client->dialogue));
     if (status == MR_OK && ack.status != MR_OK)
@@ -111,7 +112,7 @@ enum mr_status arm_client_send(struct arm_client *client, uint8_t code, int32_t 
     return status == MR_TIMEOUT
              ? error_set(error, MR_TIMEOUT,
                          "the board accepted `%s` but did not report the state %s: %s; check the "
-                         "state of the board",
+                         "state of the board with matrig ready",
                          mr_command_name(code), mr_landing_state_text(client->wanted_state),
                          dialogue_spec(client->dialogue))
              : status;

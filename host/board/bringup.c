@@ -29,15 +29,16 @@ static enum mr_status parse_line(struct bringup *b, const char *line, size_t len
     char copy[160], rest[8];
     if (b->line_count == BRINGUP_LINES_MAX || length >= sizeof copy)
         return error_set(error, MR_TOO_LONG,
-                         "bring-up: too many lines, or a line too long; check that the board runs "
-                         "the bring-up image");
+                         "bring-up: the output has too many lines or a line that is too long; "
+                         "check that the board runs the bring-up image");
     memcpy(copy, line, length);
     copy[length] = 0;
     struct bringup_line *l = &b->line[b->line_count];
     if (sscanf(copy, "%47s %39s %47s %7s", l->name, l->value, l->unit, rest) != 3)
-        return error_set(
-            error, MR_MALFORMED,
-            "bring-up: '%s' instead of a line NAME VALUE UNIT; check the cable and repeat", copy);
+        return error_set(error, MR_MALFORMED,
+                         "bring-up: expected a line NAME VALUE UNIT, received '%s'; check the "
+                         "cable and repeat the command",
+                         copy);
     char *end;
     l->is_absent = strcmp(l->value, "none") == 0;
     l->number = strncmp(l->value, "0x", 2) == 0 ? (double)strtoul(l->value, &end, 16)
@@ -56,19 +57,20 @@ static enum mr_status check_section_end(const struct bringup *b, const char *lin
     unsigned lines, reported_crc;
     if (sscanf(line, "end %47s %u %8x", section, &lines, &reported_crc) != 3 ||
         strcmp(section, b->section) != 0)
-        return error_set(
-            error, MR_MALFORMED,
-            "bring-up: '%.60s' instead of the end of the section %s; check the cable and repeat",
-            b->section, line);
+        return error_set(error, MR_MALFORMED,
+                         "bring-up: expected the end of section %.60s, received '%s'; check the "
+                         "cable and repeat the command",
+                         b->section, line);
     if (lines != b->line_count)
-        return error_set(error, MR_TRUNCATED,
-                         "bring-up: only %zu of %u lines received: check the cable and repeat",
-                         b->line_count, lines);
-    if (reported_crc != crc)
         return error_set(
-            error, MR_CRC,
-            "bring-up: the checksum is %08x, the board sent %08x: check the cable and repeat",
-            (unsigned)crc, reported_crc);
+            error, MR_TRUNCATED,
+            "bring-up: only %zu of %u lines were received; check the cable and repeat the command",
+            b->line_count, lines);
+    if (reported_crc != crc)
+        return error_set(error, MR_CRC,
+                         "bring-up: the received lines have the checksum %08x, but the board sent "
+                         "%08x; check the cable and repeat the command",
+                         (unsigned)crc, reported_crc);
     return MR_OK;
 }
 
@@ -87,20 +89,20 @@ static enum mr_status parse_section(struct bringup *b, const char *text, size_t 
     size_t at = 0;
     if (sscanf(text, "begin %47s %d", b->section, &format) != 2)
         return error_set(error, MR_MALFORMED,
-                         "bring-up: '%.40s' instead of the first line, begin SECTION FORMAT; check "
-                         "the cable and repeat",
+                         "bring-up: the first line is '%.40s' instead of begin SECTION FORMAT; "
+                         "check the cable and repeat the command",
                          text);
     if (format != FORMAT_VERSION)
         return error_set(error, MR_VERSION,
-                         "bring-up: format %d, but this matrig uses %d; use the matrig version "
-                         "that belongs to the image",
+                         "bring-up: the image uses format %d, but this matrig uses format %d; use "
+                         "the matrig version that belongs to the image",
                          format, FORMAT_VERSION);
     for (bool first = true;; first = false) {
         size_t count = find_line_length(text + at, length - at);
         if (count == SIZE_MAX)
             return error_set(error, MR_TRUNCATED,
-                             "bring-up: section %s has no end after %zu lines; check cable and "
-                             "supply, and repeat",
+                             "bring-up: the output stopped in section %s after %zu lines; check "
+                             "cable and supply, and repeat the command",
                              b->section, b->line_count);
         if (strncmp(text + at, "end ", 4) == 0) {
             b->length = at + count + 1u;
@@ -198,20 +200,18 @@ static enum mr_status set_silence_error(const struct receiver *l, const struct l
                                         const char *section, struct error *error)
 {
     if (has_section_begun(l, section))
-        return error_set(
-            error, MR_TRUNCATED,
-            "bring-up: section %s stopped after %zu bytes: %s; check cable and supply, reset "
-            "the board and try again",
-            section, l->received_byte_count, link_spec(link));
+        return error_set(error, MR_TRUNCATED,
+                         "bring-up: the output stopped in section %s after %zu bytes: %s; check "
+                         "cable and supply, reset the board and try again",
+                         section, l->received_byte_count, link_spec(link));
     if (has_received_text(l))
-        return error_set(
-            error, MR_TIMEOUT,
-            "the board sent %zu bytes, but no answer to `%s`: %s; check the cable, reset the "
-            "board and try again",
-            l->received_byte_count, section, link_spec(link));
+        return error_set(error, MR_TIMEOUT,
+                         "the board sent %zu bytes, but they do not answer `%s`: %s; check the "
+                         "cable, reset the board and try again",
+                         l->received_byte_count, section, link_spec(link));
     return error_set(error, MR_TIMEOUT,
-                     "no bring-up image answers at %d baud (%zu bytes received): %s; flash the "
-                     "bring-up image, see docs/howto/bring-up.md",
+                     "no bring-up image answered at %d baud (%zu bytes received): %s; flash the "
+                     "bring-up image as described in docs/howto/bring-up.md",
                      BRINGUP_BAUD, l->received_byte_count, link_spec(link));
 }
 
@@ -296,7 +296,7 @@ static enum mr_status wait_for_section(struct receiver *l, struct link *link, co
         *from = section ? find_complete_section(l, section) : find_line(l->text, answer);
         if (*from)
             return MR_OK;
-        if (find_line(l->text, "the boot ROM does not listen here"))
+        if (find_line(l->text, "the boot ROM does not listen on this port"))
             return error_set(error, MR_NOT_NOW,
                              "the boot ROM of this board cannot be reached on this port: %s; flash "
                              "the board as described in docs/howto/flash.md",

@@ -115,15 +115,15 @@ enum mr_status certificates_parse(const char *text, struct store_certificate *ro
             *equals = '\0';
         if (!equals || !parse_field(part, equals + 1, row, &seen))
             error_set(error, MR_USAGE,
-                      "not valid: '%s%s%s' for --certificate; give number=N, calibrated=DATE, "
-                      "due=DATE (not before calibrated) or due=never, uncertainty=U (0.05mm, "
-                      "0.4%%), coverage=K (2), laboratory=L",
+                      "--certificate cannot have the value '%s%s%s'; give number=N, "
+                      "calibrated=DATE, due=DATE (not before calibrated) or due=never, "
+                      "uncertainty=U (0.05mm, 0.4%%), coverage=K (2), laboratory=L",
                       part, equals ? "=" : "", equals ? equals + 1 : "");
     }
     free(copy);
     if (error->status == MR_OK && seen != 63)
         return error_set(error, MR_USAGE,
-                         "incomplete: '%s' for --certificate; give number, calibrated, due, "
+                         "--certificate is incomplete: '%s'; give number, calibrated, due, "
                          "uncertainty and coverage",
                          text);
     return error->status;
@@ -152,7 +152,8 @@ void certificates_state_text(const struct store_certificate *certificate,
     if (certificate->due_day != STORE_NONE)
         config_date_text((uint32_t)certificate->due_day + (state == CERTIFICATE_OVERDUE), date);
     if (state == CERTIFICATE_OTHER_SENSOR)
-        snprintf(out, CERTIFICATES_TEXT_SIZE, "is for sensor %s; the board has sensor %.*s",
+        snprintf(out, CERTIFICATES_TEXT_SIZE,
+                 "the certificate is for sensor %s, but the board has sensor %.*s",
                  certificate->sensor, (int)sizeof channel->serial, channel->serial);
     else
         snprintf(out, CERTIFICATES_TEXT_SIZE, "%s%s",

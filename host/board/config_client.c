@@ -141,8 +141,8 @@ static enum mr_status request_words(struct config_client *client, struct error *
         status = MR_OK;
     if (status == MR_OK && client->words.count && client->words.count != MR_CONFIG_WORDS)
         return error_set(error, MR_VERSION,
-                         "the configuration of the board has %u words, that of this matrig %u: %s; "
-                         "use the matrig version that belongs to the board's firmware",
+                         "the configuration of the board has %u words, but this matrig expects %u: "
+                         "%s; use the matrig version that belongs to the board's firmware",
                          client->words.count, MR_CONFIG_WORDS, dialogue_spec(client->dialogue));
     return status;
 }
@@ -157,17 +157,18 @@ enum mr_status config_client_get(struct config_client *client, struct mr_config 
          round++)
         status = request_words(client, error);
     if (status == MR_OK && config_words_find_missing(&client->words) < MR_CONFIG_WORDS)
-        return error_set(error, MR_TIMEOUT,
-                         "the configuration is incomplete, word %u of %u was lost: %s; try again",
-                         config_words_find_missing(&client->words), MR_CONFIG_WORDS,
-                         dialogue_spec(client->dialogue));
+        return error_set(
+            error, MR_TIMEOUT,
+            "the configuration is incomplete, because word %u of %u was lost: %s; try again",
+            config_words_find_missing(&client->words), MR_CONFIG_WORDS,
+            dialogue_spec(client->dialogue));
     if (status != MR_OK)
         return status;
     status = config_words_decode(&client->words, config, crc);
     if (status == MR_VERSION)
         return error_set(error, status,
-                         "the configuration of the board has different fields than that of this "
-                         "matrig: %s; use the matrig version that belongs to the board's firmware",
+                         "the configuration of the board has other fields than this matrig "
+                         "expects: %s; use the matrig version that belongs to the board's firmware",
                          dialogue_spec(client->dialogue));
     return status == MR_OK
              ? MR_OK
@@ -251,7 +252,7 @@ static enum mr_status send_words(struct config_client *client, const uint8_t *im
 static enum mr_status set_refusal_error(const struct config_client *client,
                                         const struct mr_config *config, struct error *error)
 {
-    char text[500] = "the board gives no reason";
+    char text[500] = "the board gave no reason";
     const struct mr_config_refused *r = &client->refusal;
     struct mr_config_violation reason = {.group = r->group,
                                          .index = r->index,
@@ -286,8 +287,8 @@ enum mr_status config_client_set(struct config_client *client, const struct mr_c
         return set_refusal_error(client, config, error);
     if (ack.status == MR_IO)
         return error_set(error, MR_IO,
-                         "writing the flash of the board failed: %s; the old configuration is "
-                         "still active; try again, and if it fails again, replace the board",
+                         "the board could not write its flash, so the old configuration is still "
+                         "active: %s; try again, and replace the board if this fails again",
                          dialogue_spec(client->dialogue));
     return error_set(error, (enum mr_status)ack.status,
                      "the board refused the configuration: %s; %s", dialogue_spec(client->dialogue),

@@ -144,7 +144,7 @@ static void format_field_value(const struct mr_config_field *field, const void *
         snprintf(out, CONFIG_FIELD_VALUE_SIZE, "%u", get_integer(field, bytes));
 }
 
-/* Writes the limits of a field, for example "from 1 to 512". */
+/* Writes the limits of a field, for example "1 to 512". */
 static void write_field_limits(const struct mr_config_field *field, char *out, size_t size)
 {
     if (field->type == MR_CONFIG_TYPE_TEXT) {
@@ -153,7 +153,7 @@ static void write_field_limits(const struct mr_config_field *field, char *out, s
         char many[40] = "";
         if (field->count > 1)
             snprintf(many, sizeof many, "%u numbers, each ", field->count);
-        snprintf(out, size, "%sfrom %.7g to %.7g%s", many, (double)field->real_min,
+        snprintf(out, size, "%s%.7g to %.7g%s", many, (double)field->real_min,
                  (double)field->real_max,
                  field->type == MR_CONFIG_TYPE_OPTIONAL ? ", or missing" : "");
     } else if (is_date_field(field)) {
@@ -161,7 +161,7 @@ static void write_field_limits(const struct mr_config_field *field, char *out, s
         write_date(field->int_max, last, sizeof last);
         snprintf(out, size, "YYYY-MM-DD up to %s, or never", last);
     } else {
-        snprintf(out, size, "from %u to %u", field->int_min, field->int_max);
+        snprintf(out, size, "%u to %u", field->int_min, field->int_max);
     }
 }
 
@@ -214,9 +214,9 @@ static bool find_conflicting_field(const struct mr_config_violation *r,
 }
 
 static const char *const allowed_kinds_text =
-    "channel[1] to [8] are displacement (1), [9] to [22] "
-    "tension (2), [23] the staircase (3; 0 where no "
-    "switch is fitted), [24] the reference (4); 0: not fitted";
+    "set the kind of channel[1] to [8] to 1 (displacement), of [9] to [22] to 2 (tension), of [23] "
+    "to 3 (staircase; 0 if no switch is fitted), of [24] to 4 (reference), or to 0 if the channel "
+    "is not fitted";
 
 /* Explains why a gain is impossible, with the numbers and the probable mistake. */
 static void write_gain_advice(const struct mr_channel_config *channel, unsigned rule, char *out,
@@ -229,17 +229,17 @@ static void write_gain_advice(const struct mr_channel_config *channel, unsigned 
     if (rule == MR_RULE_RANGE_TOO_NARROW)
         snprintf(
             out, size,
-            "the range low to high, %g to %g %s, covers %.0f codes, but at least %.0f are needed%s",
+            "the range low to high, %g to %g %s, covers %.0f codes, but must cover at least %.0f%s",
             (double)channel->low, (double)channel->high, unit,
             (double)mr_channel_range_codes(channel), (double)MR_RANGE_MIN_CODES, mistake);
     else if (rule == MR_RULE_RANGE_UNREACHABLE)
         snprintf(out, size,
-                 "%.0f %% of the range low to high, %g to %g %s, is within the converter range, "
-                 "but at least %.0f %% are needed%s",
+                 "only %.0f %% of the range low to high, %g to %g %s, is within the converter "
+                 "range, but at least %.0f %% must be%s",
                  100.0 * (double)mr_channel_range_share(channel), (double)channel->low,
                  (double)channel->high, unit, 100.0 * (double)MR_RANGE_MIN_SHARE, mistake);
     else
-        snprintf(out, size, "a %s gives %.3g to %.3g %s per code%s",
+        snprintf(out, size, "the gain of a %s must be %.3g to %.3g %s per code%s",
                  channel->kind == MR_KIND_DISPLACEMENT ? "transducer" : "gage",
                  (double)limits.min_gain, (double)limits.max_gain, unit, mistake);
 }
@@ -253,17 +253,18 @@ static void write_advice(const struct mr_config *config, const struct mr_config_
     switch (r->rule) {
     case MR_RULE_TOO_SMALL:
         if (r->group == MR_GROUP_gate && r->field == MR_FIELD_gate_step_codes) {
-            snprintf(out, size, "a step is at least %u codes, or 0: not fitted",
+            snprintf(out, size,
+                     "give a step of %u codes or more, or 0 for a switch that is not fitted",
                      MR_CONFIG_STEP_MIN_CODES);
             break;
         }
-        snprintf(out, size, "it is %s", limits);
+        snprintf(out, size, "give %s", limits);
         break;
     case MR_RULE_TOO_LARGE:
     case MR_RULE_NOT_A_NUMBER:
-    case MR_RULE_NOT_TEXT: snprintf(out, size, "it is %s", limits); break;
+    case MR_RULE_NOT_TEXT: snprintf(out, size, "give %s", limits); break;
     case MR_RULE_STEPS_TOO_CLOSE:
-        snprintf(out, size, "steps must be %u codes or more apart",
+        snprintf(out, size, "give steps that differ by %u codes or more",
                  MR_CONFIG_STEP_DISTANCE_MIN_CODES);
         break;
     case MR_RULE_WRONG_INPUT: snprintf(out, size, "%s", allowed_kinds_text); break;
@@ -313,9 +314,10 @@ void config_text_reason(const struct mr_config *config, const struct mr_config_v
         format_field_name(other, other_name);
         format_field_value(get_field_info(other), get_field_bytes(config, other), other_value);
         snprintf(out, size, "%s is %s, %s is %s: %s; %s", name, value, other_name, other_value,
-                 r->rule == MR_RULE_NUMBER_IN_USE     ? "numbers of one kind must differ"
-                 : r->rule == MR_RULE_STEPS_TOO_CLOSE ? "they cannot be distinguished"
-                                                      : "the first must be larger",
+                 r->rule == MR_RULE_NUMBER_IN_USE ? "two channels of one kind have the same number"
+                 : r->rule == MR_RULE_STEPS_TOO_CLOSE
+                     ? "the board cannot distinguish these switches"
+                     : "the first value must be larger",
                  advice);
     } else {
         snprintf(out, size, "%s is %s: %s; %s", name, value, get_rule_text(r->rule), advice);
@@ -369,8 +371,8 @@ char *config_text_write(const struct mr_config *config)
     size_t size;
     FILE *file = xopen_memstream(&text, &size);
     struct config_field_ref at = {0};
-    fputs("# matrig configuration. One field per line, each exactly once. To check it: matrig "
-          "board config check FILE\n",
+    fputs("# matrig configuration. One field per line, each exactly once. To check the file: "
+          "matrig board config check FILE\n",
           file);
     do {
         char name[CONFIG_FIELD_NAME_SIZE], value[CONFIG_FIELD_VALUE_SIZE];
@@ -447,13 +449,14 @@ static enum mr_status read_name(const struct reader *r, const char **p, struct c
         at->group++;
     if (at->group == MR_CONFIG_GROUP_COUNT) {
         snprintf(what, sizeof what, "no such group: `%s`", group);
-        return refuse_text(r, MR_UNKNOWN, what, "use site, channel, gate, band or predict");
+        return refuse_text(r, MR_UNKNOWN, what,
+                           "use the group site, channel, gate, band or predict");
     }
     const struct mr_config_group *found = &mr_config_groups[at->group];
     if (bracket ? index < 1 || index > found->count : found->count != 1) {
         char advice[100];
         snprintf(advice, sizeof advice, "use %s[1] to %s[%u]", group, group, found->count);
-        snprintf(what, sizeof what, bracket ? "no such %s: %u" : "%s without a number in brackets",
+        snprintf(what, sizeof what, bracket ? "no such %s: %u" : "%s has no number in brackets",
                  group, index);
         return refuse_text(r, MR_UNKNOWN, what, advice);
     }
@@ -462,12 +465,12 @@ static enum mr_status read_name(const struct reader *r, const char **p, struct c
         at->field++;
     if (at->field == found->field_count) {
         snprintf(what, sizeof what, "%s has no field `%s`", group, field);
-        return refuse_text(r, MR_UNKNOWN, what, "the comment above each group lists its fields");
+        return refuse_text(r, MR_UNKNOWN, what, "use a field from the comment above the group");
     }
     *p = rest + used;
     skip_blanks(p);
     if (**p != '=') {
-        snprintf(what, sizeof what, "no `=` after the field: `%.60s`", rest);
+        snprintf(what, sizeof what, "no `=` follows the field: `%.60s`", rest);
         return refuse_text(r, MR_MALFORMED, what, "write group[index].field = value");
     }
     ++*p;
@@ -575,7 +578,7 @@ static enum mr_status read_line(struct reader *r, const char *p)
     unsigned *line = &r->field_line_numbers[get_field_index(at)];
     if (*line) {
         snprintf(what, sizeof what, "%s is given twice", name);
-        snprintf(advice, sizeof advice, "line %u also gives this field; delete one of the lines",
+        snprintf(advice, sizeof advice, "line %u also sets this field; delete one of the two lines",
                  *line);
         return refuse_text(r, MR_MALFORMED, what, advice);
     }
@@ -587,7 +590,7 @@ static enum mr_status read_line(struct reader *r, const char *p)
             length--;
         write_field_limits(get_field_info(at), limits, sizeof limits);
         snprintf(what, sizeof what, "%s cannot be `%.*s`", name, length, p);
-        snprintf(advice, sizeof advice, "it is %s", limits);
+        snprintf(advice, sizeof advice, "give %s", limits);
         return refuse_text(r, MR_MALFORMED, what, advice);
     }
     return MR_OK;
@@ -611,7 +614,7 @@ static enum mr_status check_fields(struct reader *r)
             format_field_name(at, name);
             return error_set(
                 r->error, MR_MALFORMED,
-                "field %s is missing: %s; give every field, as matrig board config get writes them",
+                "field %s is missing: %s; give every field that matrig board config get writes",
                 name, r->name);
         }
     } while (advance_field(&at));

@@ -108,10 +108,11 @@ bool identity_is_running(const struct identity *identity, const struct mr_image 
                          identity->commit.changed != 0, runs);
     mr_image_commit_text(image->commit, image->commit_more, image->is_modified, file);
     if (identity->image_crc != image->program_crc)
-        snprintf(why, size, "program %08x, not %08x (commit %s, not %s)",
+        snprintf(why, size, "program CRC %08x instead of %08x (commit %s instead of %s)",
                  (unsigned)identity->image_crc, (unsigned)image->program_crc, runs, file);
     else if (identity->header.header_crc != image->header_crc)
-        snprintf(why, size, "same program, but different header or vectors (commit %s, not %s)",
+        snprintf(why, size,
+                 "the program is the same, but header or vectors differ (commit %s instead of %s)",
                  runs, file);
     else
         return true;
@@ -480,15 +481,15 @@ static enum mr_status send_with_proof(struct dialogue *dialogue, const uint8_t *
         char uid[IDENTITY_UID_SIZE], path[KEYFILE_PATH_SIZE];
         identity_uid_text(&dialogue->identity, uid);
         keyfile_path(uid, path);
-        status = error_set(
-            error, MR_PROOF,
-            "the board refused `%s`: %s; the key in this file is not the key of the board: %s",
-            mr_command_name(payload[0]), dialogue_spec(dialogue), path);
+        status = error_set(error, MR_PROOF,
+                           "the board refused `%s`: %s; replace this file, which does not contain "
+                           "the key of the board: %s",
+                           mr_command_name(payload[0]), dialogue_spec(dialogue), path);
     } else if (status == MR_OK && dialogue->answer.status == MR_PROOF &&
                dialogue->identity.key.state == MR_KEY_DAMAGED) {
         status = error_set(error, MR_PROOF,
-                           "the board refused `%s`: %s; its key is damaged: set a new key with "
-                           "matrig board key new, or remove it with key clear",
+                           "the board refused `%s`, because its key is damaged: %s; set a new key "
+                           "with matrig board key new, or remove the key with key clear",
                            mr_command_name(payload[0]), dialogue_spec(dialogue));
     }
     return status;
@@ -530,9 +531,10 @@ enum mr_status dialogue_set_no_hello_error(const struct dialogue *dialogue, stru
 enum mr_status dialogue_set_no_answer_error(const struct dialogue *dialogue, unsigned code,
                                             struct error *error)
 {
-    return error_set(error, MR_TIMEOUT,
-                     "the board did not answer `%s`: %s; check that it is running and connected",
-                     mr_command_name(code), dialogue_spec(dialogue));
+    return error_set(
+        error, MR_TIMEOUT,
+        "the board did not answer `%s`: %s; check that the board is running and connected",
+        mr_command_name(code), dialogue_spec(dialogue));
 }
 
 enum mr_status dialogue_set_refusal_error(const struct dialogue *dialogue,

@@ -30,7 +30,7 @@ void crash_format_summary(const struct crash_report *report, char *out, size_t s
     char running[64] = "";
     if (word[MR_CRASH_TASK])
         snprintf(running, sizeof running, ", in %s", mr_task_text(word[MR_CRASH_TASK]));
-    snprintf(out, size, "the board restarted after a%s %s at 0x%08x%s, block %u",
+    snprintf(out, size, "the board restarted after a%s %s at 0x%08x%s in block %u",
              report->restart_count ? "n earlier" : "", mr_crash_kind_text(word[MR_CRASH_KIND]),
              (unsigned)word[MR_CRASH_PC], running, (unsigned)word[MR_CRASH_BLOCK]);
 }
@@ -166,10 +166,10 @@ static void health_client_receive(struct health_client *client)
     wait_for_hello(client, client->hello_count + 2);
     if (dialogue_wait_until(client->dialogue, has_all_messages, client, ANSWER_TIMEOUT_S, fatal) ==
         MR_TIMEOUT)
-        error_set(fatal, MR_TIMEOUT,
-                  "the board did not report its health: %s; check that its firmware and this "
-                  "matrig have the same version",
-                  dialogue_spec(client->dialogue));
+        error_set(
+            fatal, MR_TIMEOUT,
+            "the board did not report its health: %s; use firmware and matrig of the same version",
+            dialogue_spec(client->dialogue));
 }
 
 static void health_client_self_test(struct health_client *client)
@@ -192,7 +192,7 @@ static void health_client_reset(struct health_client *client)
         if ((client->hello.reset_cause & 5u) == 4u)
             return;
     }
-    error_set(fatal, MR_TIMEOUT, "the board did not restart: %s; power-cycle it",
+    error_set(fatal, MR_TIMEOUT, "the board did not restart: %s; power-cycle the board",
               dialogue_spec(client->dialogue));
 }
 
@@ -237,10 +237,10 @@ static void add_health(const struct health_client *client, struct answer *answer
     answer_add_text(answer, NULL, "last reset", "%s", text);
     answer_add_count(answer, "reset_cause", NULL, client->hello.reset_cause);
     answer_add_count(answer, "restarts", "restarts", client->restarts.restarts)->suffix =
-        " since power-on, not counting requested ones";
+        " since power-on, without requested restarts";
     answer_add_count(answer, "in_row", "in a row", client->restarts.in_row)->suffix =
         client->restarts.in_row >= 5
-            ? ": until the command `reset`, the board communicates but does not measure"
+            ? ": the board does not measure until it receives the command `reset`"
             : NULL;
     answer_add_count(answer, "late_task", NULL, client->restarts.late_task);
     if (client->restarts.late_task) {
@@ -265,7 +265,7 @@ static void add_health(const struct health_client *client, struct answer *answer
     answer_open_group(answer, NULL, "CAN frames dropped");
     answer_add_count(answer, "dropped_queue_full", "queue full", client->drops.queue_full);
     answer_add_count(answer, "dropped_bus_off", "bus-off", client->drops.bus_off);
-    answer_add_count(answer, "dropped_timeout", "no frame got through", client->drops.timeout);
+    answer_add_count(answer, "dropped_timeout", "transmission timed out", client->drops.timeout);
     answer_add_count(answer, "dropped_silent", "silent", client->drops.silent);
     answer_close_group(answer);
     add_faults(client, answer);

@@ -22,14 +22,14 @@ static enum mr_status read_source(struct image_source *source, struct error *err
 {
     FILE *file = fopen(source->path, "rb");
     if (!file)
-        return error_set(error, MR_IO, "no firmware image (%s): %s; build it with make all",
+        return error_set(error, MR_IO, "no firmware image (%s): %s; build the image with make all",
                          strerror(errno), source->path);
     source->bytes = xmalloc(FILE_BYTES_MAX);
     source->length = fread(source->bytes, 1, FILE_BYTES_MAX, file);
     bool failed = ferror(file) != 0;
     fclose(file);
     if (failed)
-        return error_set(error, MR_IO, "cannot read the image (%s): %s; give a file",
+        return error_set(error, MR_IO, "cannot read the image (%s): %s; give the name of a file",
                          strerror(errno), source->path);
     if (source->length == FILE_BYTES_MAX)
         return error_set(
@@ -37,7 +37,7 @@ static enum mr_status read_source(struct image_source *source, struct error *err
             "larger than any firmware image: %s; give the .elf or .bin of the firmware",
             source->path);
     if (source->length == 0)
-        return error_set(error, MR_TRUNCATED, "an empty file: %s; build the image again",
+        return error_set(error, MR_TRUNCATED, "the image file is empty: %s; build the image again",
                          source->path);
     return MR_OK;
 }
@@ -50,7 +50,7 @@ static enum mr_status add_byte(struct imagefile *image, uint64_t address, uint8_
     if (address < MR_FLASH || at >= IMAGEFILE_BYTES)
         return error_set(
             error, MR_MALFORMED,
-            "outside the flash (0x%08llx): %s of %s; the image is for a different board",
+            "data outside the flash (address 0x%08llx): %s of %s; give the image for this board",
             (unsigned long long)address, place, image->path);
     if (at >= IMAGEFILE_CONFIGURATION_START && at < IMAGEFILE_CONFIGURATION_END)
         return error_set(error, MR_MALFORMED,
@@ -61,7 +61,8 @@ static enum mr_status add_byte(struct imagefile *image, uint64_t address, uint8_
                          image->path);
     if (image->is_present[at] && image->bytes[at] != byte)
         return error_set(error, MR_MALFORMED,
-                         "two values for 0x%08llx: %s of %s; build the image again",
+                         "two sections have different contents for address 0x%08llx: %s of %s; "
+                         "build the image again",
                          (unsigned long long)address, place, image->path);
     image->present_count += !image->is_present[at];
     image->is_present[at] = 1;
@@ -99,8 +100,8 @@ static enum mr_status read_elf(struct imagefile *image, const struct image_sourc
     if (head.e_ident[EI_CLASS] != ELFCLASS32 || head.e_ident[EI_DATA] != ELFDATA2LSB ||
         head.e_machine != EM_ARM)
         return error_set(error, MR_MALFORMED,
-                         "program for a different machine (ELF class %u, machine %u; 32-bit ARM is "
-                         "1 and 40): %s; give the .elf of the firmware",
+                         "program for a different machine (ELF class %u and machine %u, but 32-bit "
+                         "ARM has 1 and 40): %s; give the .elf of the firmware",
                          head.e_ident[EI_CLASS], head.e_machine, source->path);
     if (head.e_type != ET_EXEC)
         return error_set(error, MR_MALFORMED,
@@ -129,9 +130,10 @@ static enum mr_status read_bin(struct imagefile *image, const struct image_sourc
     size_t low = source->length < IMAGEFILE_CONFIGURATION_START ? source->length
                                                                 : IMAGEFILE_CONFIGURATION_START;
     if (source->length > IMAGEFILE_BYTES)
-        return error_set(error, MR_TOO_LONG,
-                         "%zu bytes, more than the flash holds (%u): %s; give a firmware image",
-                         source->length, IMAGEFILE_BYTES, source->path);
+        return error_set(
+            error, MR_TOO_LONG,
+            "the image has %zu bytes, but the flash holds only %u: %s; give a firmware image",
+            source->length, IMAGEFILE_BYTES, source->path);
     while (low && source->bytes[low - 1] == 0xff)
         low--;
     for (size_t i = 0; status == MR_OK && i < source->length; i++) {

@@ -52,8 +52,8 @@ static enum mr_status read_key(const char *uid, uint8_t key[MR_KEY_BYTES], struc
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* opening a pipe must not block */
     if (fd < 0 && errno == ENOENT)
         return error_set(error, MR_UNKNOWN,
-                         "board %s accepts commands only with its key, and this computer does not "
-                         "have it: %s; copy that file from the computer that created the key",
+                         "board %s accepts commands only with its key, and the key file is "
+                         "missing: %s; copy that file from the computer that created the key",
                          uid, path);
     if (fd < 0 || fstat(fd, &info) != 0) {
         int why = errno;
@@ -64,17 +64,19 @@ static enum mr_status read_key(const char *uid, uint8_t key[MR_KEY_BYTES], struc
     ssize_t length = read(fd, text, sizeof text);
     close(fd);
     if (info.st_mode & (S_IRWXG | S_IRWXO))
-        return error_set(error, MR_IO,
-                         "other users may read the key of the board: %s; run chmod 600 on it, and "
-                         "if someone has read it, set a new key: matrig board key new",
-                         path);
+        return error_set(
+            error, MR_IO,
+            "other users may read the key of the board: %s; run chmod 600 on that file, and if "
+            "someone may have read the key, set a new one with matrig board key new",
+            path);
     bool alone = length == (ssize_t)KEY_DIGITS ||
                  (length > (ssize_t)KEY_DIGITS && text[KEY_DIGITS] < ' ');
     for (unsigned i = 0; i < MR_KEY_BYTES; i++) {
         int high = alone ? parse_hex_digit(text[2 * i]) : -1;
         int low = high >= 0 ? parse_hex_digit(text[2 * i + 1]) : -1;
         if (low < 0)
-            return error_set(error, MR_MALFORMED, "not a key of 64 hexadecimal digits: %s", path);
+            return error_set(error, MR_MALFORMED,
+                             "the key file does not contain 64 hexadecimal digits: %s", path);
         key[i] = (uint8_t)(high << 4 | low);
     }
     return MR_OK;
@@ -114,8 +116,10 @@ enum mr_status keyfile_generate(const char *uid, uint8_t key[MR_KEY_BYTES], stru
 {
     char path[KEYFILE_PATH_SIZE], text[KEY_DIGITS + 2];
     if (getrandom(key, MR_KEY_BYTES, 0) != (ssize_t)MR_KEY_BYTES)
-        return error_set(error, MR_IO, "this computer provides no random numbers (%s)",
-                         strerror(errno));
+        return error_set(
+            error, MR_IO,
+            "cannot create a key, because this computer provides no random numbers (%s)",
+            strerror(errno));
     for (unsigned i = 0; i < MR_KEY_BYTES; i++)
         snprintf(text + 2 * i, 3, "%02x", key[i]);
     text[KEY_DIGITS] = '\n';

@@ -126,7 +126,7 @@ void ready_print(const struct ready_report *report, double duration_s, unsigned 
         append_text(text, sizeof text, "%s%s", before, report->check[i].name);
         before = ", ";
     }
-    append_text(text, sizeof text, "%s%u of %u checks are go", no_go ? "; " : ": ",
+    append_text(text, sizeof text, "%s%u of %u checks passed", no_go ? "; " : ": ",
                 report->count - no_go - open, report->count);
     if (open)
         append_text(text, sizeof text, ", %u not done", open);
@@ -160,7 +160,8 @@ static void check_calibration_dates(const struct ready_inputs *f, struct ready_r
     report->is_uncalibrated = never > 0;
     if (expired)
         ready_add_check(report, READY_NO_GO, "calibration", limit,
-                        "calibrate, then send the new values and dates: matrig board config set",
+                        "calibrate these sensors, then send the new values and dates with matrig "
+                        "board config set",
                         "expired: %s", text);
     else if (never)
         ready_add_check(
@@ -185,7 +186,8 @@ static void check_gains(const struct ready_inputs *f, struct ready_report *repor
         snprintf(name, sizeof name, "calibration %s", input);
         jump_write_mistake_hint(channel, mistake, sizeof mistake);
         ready_add_check(report, READY_NO_GO, name, NULL,
-                        "run matrig board config get and config check; calibrate the channel again",
+                        "check the configuration with matrig board config get and config check, or "
+                        "calibrate the channel again",
                         "%.4g %s per code: no sensor of the rig has such a gain%s",
                         (double)mr_channel_gain(channel), i < MR_TRANSDUCERS ? "in" : "lb",
                         mistake);
@@ -209,15 +211,15 @@ static void check_zeros(const struct ready_inputs *f, struct ready_report *repor
             worst_lb = fmaxf(worst_lb, f->config.channel[i].zero_error);
     }
     if (gages && measured == gages)
-        ready_add_check(report, READY_GO, "gage zeros", NULL, NULL, "all %u measured since reset",
-                        gages);
+        ready_add_check(report, READY_GO, "gage zeros", NULL, NULL,
+                        "all %u gages measured since reset", gages);
     else if (gages)
-        ready_add_check(report, READY_NOT_DONE, "gage zeros", NULL,
-                        "the configured zeros are valid only for trimmed bridges; otherwise "
-                        "slacken the bands and run matrig board zero 2",
-                        "%u of %u not measured since reset: configured values used, +- %s",
-                        gages - measured, gages,
-                        unit_value_text(UNIT_TENSION, f->si, (double)worst_lb, 1, is));
+        ready_add_check(
+            report, READY_NOT_DONE, "gage zeros", NULL,
+            "slacken the bands and run matrig board zero 2; configured zeros are valid only for "
+            "trimmed bridges",
+            "%u of %u gages not measured since reset; their configured zeros are used, +- %s",
+            gages - measured, gages, unit_value_text(UNIT_TENSION, f->si, (double)worst_lb, 1, is));
 }
 
 static void check_certificate(const struct ready_inputs *f, unsigned i, const char *channel,
@@ -282,11 +284,12 @@ static void check_image(const struct ready_inputs *f, struct ready_report *repor
                  (long long)f->previous_run);
     ready_add_check(
         report, verdict, "firmware", limit,
-        !whole     ? "flash the firmware again: matrig flash LINK IMAGE"
-        : f->image ? "not the image of --image: flash the image with matrig flash LINK IMAGE"
+        !whole ? "flash the firmware again: matrig flash LINK IMAGE"
+        : f->image
+            ? "the board runs a different image: flash the image with matrig flash LINK IMAGE"
         : verdict == READY_NOT_DONE ? "the campaign has no landing of this board: give --image FILE"
-                                    : "not the image of that landing: flash that image, or confirm "
-                                      "this one with --image FILE",
+                                    : "the image differs from that landing: flash that image, or "
+                                      "confirm the present one with --image FILE",
         "%u.%u.%u, commit %s, image %08x, %s", id->hello.major, id->hello.minor, id->hello.patch,
         runs, (unsigned)id->image_crc,
         mr_image_state_text(id->commit_known ? id->commit.state : (unsigned)MR_IMAGE_NO_HEADER));
@@ -317,7 +320,7 @@ static void check_configuration(const struct ready_inputs *f, struct ready_repor
     ready_add_check(
         report, compared ? verdict_if(wanted == f->config_crc) : READY_NOT_DONE, "configuration",
         limit,
-        compared ? "send the right configuration with config set, or confirm this one with "
+        compared ? "send the right configuration with config set, or confirm the present one with "
                    "--expect-config"
                  : "the campaign has no landing of this board: give --expect-config FILE",
         "CRC %08x, revision %u, %s", (unsigned)f->config_crc, (unsigned)f->config.site[0].revision,
@@ -332,18 +335,19 @@ static void check_board_clock(const struct ready_inputs *f, struct ready_report 
     unsigned source = f->identity.hello.clock_source;
     const struct timemap_fit *t = &f->time_fit;
     ready_add_check(report, verdict_if(source == 0), "clock", "crystal",
-                    "speeds have 1 % error, CAN is silent: reset the board, or replace its crystal",
+                    "reset the board, or replace its crystal; until then speeds have 1 % error and "
+                    "CAN is silent",
                     "%s", mr_clock_source_text(source));
     snprintf(limit, sizeof limit, "%.0f ppm", READY_CLOCK_ERROR_MAX_PPM);
     if (t->refusal == TIMEMAP_OK)
-        ready_add_check(report,
-                        verdict_if(fabs(t->rate_ppm.value) - t->rate_ppm.half_width <=
-                                   READY_CLOCK_ERROR_MAX_PPM),
-                        "time of day", limit,
-                        "check programs that set this computer's clock, and the board's crystal",
-                        "board %+.0f +- %.0f ppm, from %zu messages",
-                        unit_round_to_zero(t->rate_ppm.value, 1.0), t->rate_ppm.half_width,
-                        t->pair_count);
+        ready_add_check(
+            report,
+            verdict_if(fabs(t->rate_ppm.value) - t->rate_ppm.half_width <=
+                       READY_CLOCK_ERROR_MAX_PPM),
+            "time of day", limit,
+            "check the programs that set this computer's clock, and check the board's crystal",
+            "board %+.0f +- %.0f ppm, from %zu messages",
+            unit_round_to_zero(t->rate_ppm.value, 1.0), t->rate_ppm.half_width, t->pair_count);
     else
         ready_add_check(report, READY_NOT_DONE, "time of day", NULL, NULL, "%s",
                         timemap_refusal_text((unsigned)t->refusal));
@@ -352,10 +356,10 @@ static void check_board_clock(const struct ready_inputs *f, struct ready_report 
 static void check_key(const struct ready_inputs *f, struct ready_report *report)
 {
     const struct identity *who = &f->identity;
-    ready_add_check(report,
-                    !who->key_known ? READY_NOT_DONE : verdict_if(who->key.state != MR_KEY_DAMAGED),
-                    "orders", NULL, "fit the maintenance jumper, run matrig board key new or clear",
-                    "%s", who->key_known ? mr_key_state_text(who->key.state) : "not reported");
+    ready_add_check(
+        report, !who->key_known ? READY_NOT_DONE : verdict_if(who->key.state != MR_KEY_DAMAGED),
+        "orders", NULL, "fit the maintenance jumper and run matrig board key new or key clear",
+        "%s", who->key_known ? mr_key_state_text(who->key.state) : "not reported");
 }
 
 /* Checks the brown-out reset. The factory setting, off, is accepted, because supply dips are
@@ -364,11 +368,11 @@ static void check_brown_out(const struct ready_inputs *f, struct ready_report *r
 {
     bool set = f->restarts.brown_out > 0;
     if (f->restarts_known)
-        ready_add_check(
-            report, set ? READY_GO : READY_NOT_DONE, "brown-out reset", "on",
-            "below 2.7 V the processor is unreliable: set the level once, with the bring-up "
-            "image (matrig board bringup brown-out)",
-            set ? "below %s" : "%s, the factory setting", mr_brown_out_text(f->restarts.brown_out));
+        ready_add_check(report, set ? READY_GO : READY_NOT_DONE, "brown-out reset", "on",
+                        "set the level once with the bring-up image (matrig board bringup "
+                        "brown-out), because the processor is unreliable below 2.7 V",
+                        set ? "below %s" : "%s, the factory setting",
+                        mr_brown_out_text(f->restarts.brown_out));
 }
 
 /* ---- channels ---- */
@@ -424,16 +428,16 @@ static void check_channel_readings(const struct ready_inputs *f, unsigned i,
     char name[20], is[UNIT_TEXT_SIZE], most[UNIT_TEXT_SIZE], limit[80] = "";
     write_channel_name(channel, name);
     if (m->invalid_count || isnan(m->mean)) {
-        ready_add_check(report, READY_NO_GO, name, "all valid",
-                        open ? "check its connector and wiring"
-                        : m->validity == MR_INVALID_REFERENCE
-                            ? "the reference voltage is out of range: check the converter's supply"
-                        : m->validity == MR_INVALID_RANGE
-                            ? "out of range: move the transducer back to its zero"
-                            : "check its wiring and excitation",
-                        "%s, %u of %u readings not valid",
-                        !transducer && open ? "bridge open" : mr_validity_text(m->validity),
-                        m->invalid_count, m->block_count);
+        ready_add_check(
+            report, READY_NO_GO, name, "all valid",
+            open ? "check the connector and wiring of this sensor"
+            : m->validity == MR_INVALID_REFERENCE
+                ? "check the converter's supply, because the reference voltage is out of range"
+            : m->validity == MR_INVALID_RANGE ? "move the transducer back into its range"
+                                              : "check the wiring and excitation of this sensor",
+            "%s, %u of %u readings not valid",
+            !transducer && open ? "bridge open" : mr_validity_text(m->validity), m->invalid_count,
+            m->block_count);
         return;
     }
     float wanted_lb = channel->band ? f->config.band[channel->band - 1].pretension_lb : 0.0f;
@@ -451,12 +455,12 @@ static void check_channel_readings(const struct ready_inputs *f, unsigned i,
         unit_signed_text(UNIT_DISPLACEMENT, f->si, (double)m->mean, 4, is);
     else
         unit_value_text(UNIT_TENSION, f->si, (double)m->mean, 1, is);
-    ready_add_check(report, verdict_if(!off && !noisy), name, limit,
-                    !off         ? "noise: check its shield and ground"
-                    : transducer ? "push the mat back, or measure the zero: matrig board zero 1"
-                                 : "check the band (slack, uneven), then the zero of the gage",
-                    "%s%s, noise %.2f codes", is, transducer ? " from its zero" : "",
-                    (double)m->noise_codes);
+    ready_add_check(
+        report, verdict_if(!off && !noisy), name, limit,
+        !off         ? "noise is too high: check shield and ground of this sensor"
+        : transducer ? "push the mat back, or measure the zero: matrig board zero 1"
+                     : "check that the band is tight and straight, then check the zero of the gage",
+        "%s%s, noise %.2f codes", is, transducer ? " from its zero" : "", (double)m->noise_codes);
 }
 
 static void check_band(const struct ready_inputs *f, unsigned band, struct ready_report *report)
@@ -526,7 +530,7 @@ static void check_shunts(const struct ready_inputs *f, struct ready_report *repo
                  compared ? unit_signed_text(UNIT_TENSION, f->si, (double)worst, 3, is) : "",
                  compared ? " at most" : "");
     ready_add_check(report, verdict_if(!bad), name, "1 % and three standard errors",
-                    "check this bridge and its amplifier; see matrig board shunt", "%s", text);
+                    "check this bridge and its amplifier with matrig board shunt", "%s", text);
 }
 
 /* Checks that all switches are closed; an open switch adds its step to the staircase. */
@@ -544,11 +548,12 @@ static void check_switches(const struct ready_inputs *f, struct ready_report *re
     bool closed = fabsf(level) < READY_STAIRCASE_MAX_CODES;
     const double codes = unit_round_to_zero((double)level, 0.1);
     if (closed)
-        snprintf(text, sizeof text, "all closed: staircase %.1f codes from its zero", codes);
+        snprintf(text, sizeof text, "all closed: the staircase is %.1f codes from its zero", codes);
     else if (one)
-        snprintf(text, sizeof text, "switch %u is open: staircase %.1f codes", one, codes);
+        snprintf(text, sizeof text, "switch %u is open: the staircase is %.1f codes from its zero",
+                 one, codes);
     else
-        snprintf(text, sizeof text, "staircase %.1f codes from its zero: %s", codes,
+        snprintf(text, sizeof text, "the staircase is %.1f codes from its zero: %s", codes,
                  level > 0.0f ? "switches are open" : "lower than possible");
     snprintf(limit, sizeof limit, "%.0f codes", (double)READY_STAIRCASE_MAX_CODES);
     ready_add_check(report, verdict_if(closed), "switches", limit,
@@ -561,9 +566,10 @@ static void check_channels(const struct ready_inputs *f, struct ready_report *re
 {
     char limit[40];
     if (f->block_count == 0) {
-        ready_add_check(report, READY_NO_GO, "readings", NULL,
-                        "the board must be idle, with its scans running: matrig board health",
-                        "no block records were received");
+        ready_add_check(
+            report, READY_NO_GO, "readings", NULL,
+            "bring the board to idle and check with matrig board health that its scans run",
+            "no block records were received");
         return;
     }
     snprintf(limit, sizeof limit, "%u or more, none lost", READY_BLOCKS_REQUESTED / 2);
@@ -588,12 +594,12 @@ static void check_black_box(const struct ready_inputs *f, struct ready_report *r
     char wait[60] = "", limit[40];
     const struct mr_box_state *box = &f->box_state;
     if (!f->config.site[0].black_box) {
-        ready_add_check(report, READY_NOT_DONE, "black box", NULL, NULL,
-                        "none in the configuration");
+        ready_add_check(report, READY_NOT_DONE, "black box", NULL, NULL, "not configured");
         return;
     }
     if (!f->box_known) {
-        ready_add_check(report, READY_NO_GO, "black box", NULL, "try again; check the serial cable",
+        ready_add_check(report, READY_NO_GO, "black box", NULL,
+                        "check the serial cable and try again",
                         "the board did not report its black box");
         return;
     }
@@ -607,7 +613,7 @@ static void check_black_box(const struct ready_inputs *f, struct ready_report *r
         box->state != MR_BOX_READY && box->state != MR_BOX_SCANNING
             ? "check the memory on SPI2; if the board has none, set site.black_box = 0"
         : isnan(box->wait_s)
-            ? "read the records with matrig board read N, then free them with free N"
+            ? "read the records with matrig board read N, then free them with matrig board free N"
             : "wait until the black box is erased",
         "%s%s, %u sectors erased, %u bad, %u records to free",
         box->state == MR_BOX_MISSING ? "no memory answers" : mr_box_condition_text(box->state),
@@ -634,14 +640,14 @@ static void check_self_test(const struct ready_inputs *f, struct ready_report *r
             append_text(text, sizeof text, "%s%s", text[0] ? ", " : "", mr_self_test_text(i));
     }
     ready_add_check(report, verdict_if(!failed && !undone), "self-test", NULL,
-                    "see matrig board self-test and matrig board health", "%s: %s",
+                    "find the cause with matrig board self-test and matrig board health", "%s: %s",
                     failed   ? "failed"
                     : undone ? "not tested"
                              : "good",
                     text);
     bool lit = (f->self_test.done & lamp) == lamp && !(f->self_test.failed & lamp);
     ready_add_check(report, verdict_if(lit), "warning lamp", NULL,
-                    "check lamp, fuse and driver on PE0; the read-back is PE3", "%s",
+                    "check lamp, fuse, driver (PE0) and read-back (PE3)", "%s",
                     lit                                                 ? "lights and goes out"
                     : f->self_test.failed & 1u << MR_SELF_TEST_LAMP_ON  ? "does not light"
                     : f->self_test.failed & 1u << MR_SELF_TEST_LAMP_OFF ? "does not go out"
@@ -651,8 +657,7 @@ static void check_self_test(const struct ready_inputs *f, struct ready_report *r
 static void check_temperature(const struct ready_inputs *f, struct ready_report *report)
 {
     if (!f->config.site[0].thermometer)
-        ready_add_check(report, READY_NOT_DONE, "thermometer", NULL, NULL,
-                        "none in the configuration");
+        ready_add_check(report, READY_NOT_DONE, "thermometer", NULL, NULL, "not configured");
     else if (f->temperature_known && !isnan(f->temperature.temperature_c))
         ready_add_check(report, READY_GO, "thermometer", NULL, NULL,
                         "%.2f +- %.2f \xc2\xb0"
@@ -661,7 +666,8 @@ static void check_temperature(const struct ready_inputs *f, struct ready_report 
                         (double)f->temperature.error_c);
     else
         ready_add_check(report, READY_NO_GO, "thermometer", NULL,
-                        "see matrig board health; if none is fitted, set site.thermometer = 0",
+                        "find the cause with matrig board health; if no thermometer is fitted, set "
+                        "site.thermometer = 0",
                         "%s", f->temperature_known ? "no reading" : "not reported");
 }
 
@@ -683,7 +689,7 @@ static void check_faults(const struct ready_inputs *f, struct ready_report *repo
     ready_add_check(report, verdict_if(!rising), "faults", "no present fault",
                     "see matrig board health", "%s%s",
                     rising  ? "present: "
-                    : count ? "none present; since reset: "
+                    : count ? "no present fault; faults since reset: "
                             : "none since reset",
                     text);
 }
@@ -697,8 +703,8 @@ static void check_can(const struct ready_inputs *f, struct ready_report *report)
     const char *state = f->alarm_known ? mr_can_state_text(f->alarm.state)
                                        : "the board did not report its CAN state";
     if (!f->is_can_used) {
-        ready_add_check(report, READY_NOT_DONE, "CAN", NULL, "to check CAN, give --can LINK",
-                        "not used here; the board reports: %s", state);
+        ready_add_check(report, READY_NOT_DONE, "CAN", NULL, "give --can LINK to check CAN",
+                        "not checked; the board reports: %s", state);
         return;
     }
     /* on a shared bus, messages at this base may come from another board */
@@ -710,24 +716,24 @@ static void check_can(const struct ready_inputs *f, struct ready_report *report)
         ready_add_check(
             report, READY_NO_GO, "CAN", "the board itself",
             "give the CAN base of the board, such as can:can0,base=0x190, or its own serial link",
-            "%s at base 0x%03x: UID on CAN %s, on serial %s",
+            "%s at base 0x%03x: the UID is %s on CAN and %s on serial",
             is_identified ? "another board" : "frames not from this board", f->can_base,
             is_identified ? uid : "unknown", own);
         return;
     }
     bool kept_silent = f->alarm_known ? f->alarm.state == MR_CAN_SILENT
                                       : f->identity.hello.clock_source != 0;
-    ready_add_check(report,
-                    verdict_if(f->alarm_known && f->alarm.state == MR_CAN_GOOD &&
-                               f->can_frame_count > 0 && f->can_lost_count == 0 &&
-                               f->can_dropped_count == 0),
-                    "CAN", "good, none lost",
-                    kept_silent ? "the board keeps CAN silent until its clock is exact: see clock"
-                    : f->can_frame_count == 0 ? "check connector, terminators and bit rate"
-                                              : "check the bus and the load of this computer",
-                    "%s; %lld frames, %lld lost, %lld dropped by the board", state,
-                    (long long)f->can_frame_count, (long long)f->can_lost_count,
-                    (long long)f->can_dropped_count);
+    ready_add_check(
+        report,
+        verdict_if(f->alarm_known && f->alarm.state == MR_CAN_GOOD && f->can_frame_count > 0 &&
+                   f->can_lost_count == 0 && f->can_dropped_count == 0),
+        "CAN", "good, none lost",
+        kept_silent ? "correct the fault of the clock; until then the board sends nothing on CAN"
+        : f->can_frame_count == 0 ? "check connector, terminators and bit rate"
+                                  : "check the bus and the load of this computer",
+        "%s; %lld frames, %lld lost, %lld dropped by the board", state,
+        (long long)f->can_frame_count, (long long)f->can_lost_count,
+        (long long)f->can_dropped_count);
 }
 
 static void check_computer(const struct ready_inputs *f, struct ready_report *report)
@@ -738,14 +744,16 @@ static void check_computer(const struct ready_inputs *f, struct ready_report *re
              READY_FREE_LANDINGS_MIN);
     ready_add_check(report, verdict_if(f->free_bytes >= wanted), "disk", limit,
                     "free space on the disk of the campaign, or use a different disk",
-                    "%.0f MB free, a landing needs %.1f MB", f->free_bytes / BYTES_PER_MB,
+                    "%.0f MB are free; a landing needs %.1f MB", f->free_bytes / BYTES_PER_MB,
                     f->landing_bytes / BYTES_PER_MB);
     ready_add_check(report, verdict_if(!f->database_fault[0]), "database", NULL,
-                    "check access rights and programs that write; otherwise begin a new campaign",
+                    "check the access rights and the programs that write to the campaign, or begin "
+                    "a new campaign",
                     "%s",
-                    f->database_fault[0]  ? f->database_fault
-                    : f->database_checked ? "writable, all pages intact"
-                                          : "writable; too large to be checked in time");
+                    f->database_fault[0] ? f->database_fault
+                    : f->database_checked
+                        ? "writable, all pages intact"
+                        : "writable; the pages were not checked, because the file is too large");
 }
 
 void ready_check_all(const struct ready_inputs *f, struct ready_report *report)

@@ -54,8 +54,8 @@ static enum mr_status wait_for(struct runway_client *client, const bool *what, c
                                                 DIALOGUE_ANSWER_TIMEOUT_S, error);
     return status == MR_TIMEOUT
              ? error_set(error, MR_TIMEOUT,
-                         "the board did not %s within %.0f s: %s; check that it "
-                         "is running and has a predictor",
+                         "the board did not %s within %.0f s: %s; check that the board is running "
+                         "and has a predictor",
                          name, DIALOGUE_ANSWER_TIMEOUT_S, dialogue_spec(client->dialogue))
              : status;
 }
@@ -86,17 +86,17 @@ static enum mr_status send_command(struct dialogue *dialogue, unsigned code, uns
     if (ack.status == MR_MALFORMED)
         return error_set(error, MR_MALFORMED,
                          "the board refused this runway: %s; give a runway with the board's number "
-                         "of mats, and no joint wider than its slack",
+                         "of mats, in which no opening exceeds the slack of a joint",
                          link);
     if (ack.status == MR_VERSION)
         return error_set(error, MR_VERSION,
-                         "chart for a different runway: %s; the runway of the board has a "
-                         "different number of landings, run matrig advise again",
+                         "the chart is for a different runway than that of the board, with a "
+                         "different number of landings: %s; run matrig advise again",
                          link);
     return dialogue_set_refusal_error(
         dialogue, &ack,
-        "the board is armed or in a landing (disarm it, or wait), or its "
-        "predictor is off (predict.fitted of its configuration)",
+        "wait until no landing is armed or in progress, or switch the predictor on (predict.fitted "
+        "of the board's configuration)",
         error);
 }
 
@@ -106,14 +106,15 @@ enum mr_status runway_client_read(struct runway_client *client, struct error *er
     for (unsigned round = 0; status == MR_OK && round < ATTEMPTS_MAX; round++) {
         client->is_complete = client->stored_known = false;
         status = send_command(client->dialogue, MR_COMMAND_RUNWAY_READ, 0, 0, error) ?:
-                 wait_for(client, &client->is_complete, "send all of its runway", error) ?:
+                 wait_for(client, &client->is_complete, "send its whole runway", error) ?:
                  wait_for(client, &client->stored_known, "report the origin of its runway", error);
         if (status == MR_OK && mr_runway_crc(&client->state) == client->stored.crc)
             return MR_OK;
     }
     return status != MR_OK
              ? status
-             : error_set(error, MR_CRC, "the runway data arrived damaged: %s; check the cable",
+             : error_set(error, MR_CRC,
+                         "the runway data was damaged on the link: %s; check the cable",
                          dialogue_spec(client->dialogue));
 }
 
@@ -135,8 +136,8 @@ enum mr_status runway_client_load(struct runway_client *client,
     enum mr_status status = runway_client_read(client, error);
     if (status == MR_OK && client->state.mats != state->mats)
         status = error_set(error, MR_LIMIT,
-                           "the runway of the file has %u mats, that of the board %u: %s; check "
-                           "site.mats of the board's configuration",
+                           "the file has a runway of %u mats, but the board has one of %u: %s; "
+                           "check site.mats of the board's configuration",
                            state->mats, client->state.mats, dialogue_spec(client->dialogue));
     for (unsigned i = 0; status == MR_OK && i < MR_RUNWAY_WORD_COUNT; i++)
         status = send_command(client->dialogue, MR_COMMAND_RUNWAY_WORD, i,

@@ -203,8 +203,8 @@ static void check_item(enum walk_item_kind kind, unsigned n, bool answered, unsi
              answered ? " in that order, swap their leads, or their numbers in the configuration"
                       : ", check its wiring and contact");
     if (answered)
-        ready_add_check(report, READY_NO_GO, name, "in order", advice, "responded when %u was next",
-                        meant);
+        ready_add_check(report, READY_NO_GO, name, "in order", advice,
+                        "responded in the place of number %u", meant);
     else
         ready_add_check(report, READY_NO_GO, name, "responds once", advice, "did not respond");
 }
@@ -245,8 +245,7 @@ void walk_check_responses(const struct walk_test *walk, struct ready_report *rep
     for (enum walk_item_kind kind = 0; kind < WALK_ITEM_KIND_COUNT; kind++)
         check_item_kind(walk, kind, report);
     if (walk->unexpected_event_count)
-        ready_add_check(
-            report, READY_NO_GO, "edges", NULL,
-            "compare the steps of the configuration with the resistors, and check the contacts",
-            "%u edges that match no switch of the table", walk->unexpected_event_count);
+        ready_add_check(report, READY_NO_GO, "edges", NULL,
+                        "compare the configured steps with the resistors, and check the contacts",
+                        "%u edges match no configured switch", walk->unexpected_event_count);
 }

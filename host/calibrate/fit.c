@@ -47,8 +47,8 @@ static enum mr_status set_channel_table(const struct calibrate_point *point, siz
     size_t values = average_by_value(point, count, mean);
     if (values > MR_CONFIG_POINTS)
         return error_set(error, MR_LIMIT,
-                         "too many known values: the calibration has %zu, but a table holds only "
-                         "%u; leave some out, or use the straight line",
+                         "too many points: the calibration has %zu, but a table holds only %u; "
+                         "leave some out, or use the straight line",
                          values, MR_CONFIG_POINTS);
     bool falls = channel->unit_per_code < 0.0f; /* the value rises while the codes fall */
     channel->points = (uint8_t)values;
@@ -58,10 +58,10 @@ static enum mr_status set_channel_table(const struct calibrate_point *point, siz
         channel->point_value[i] = (float)p->value;
         if (i && (channel->point_reading[i] <= channel->point_reading[i - 1] ||
                   channel->point_value[i] <= channel->point_value[i - 1]))
-            return error_set(
-                error, MR_NUMERICS,
-                "the readings do not rise with the known values near %g; measure that point again",
-                p->value);
+            return error_set(error, MR_NUMERICS,
+                             "the readings do not rise with the known values near the value %g; "
+                             "measure that point again",
+                             p->value);
     }
     return MR_OK;
 }
@@ -104,8 +104,8 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
     fit->high = -(double)INFINITY;
     if (count < 3 || count > CALIBRATE_POINTS_MAX)
         return error_set(error, MR_TOO_FEW,
-                         "wrong number of points: the calibration has %zu; give 3 to %u points at "
-                         "two or more different values",
+                         "too few or too many points: the calibration has %zu; give 3 to %u points "
+                         "at two or more different values",
                          count, CALIBRATE_POINTS_MAX);
     for (size_t i = 0; i < count; i++) {
         x[i] = point[i].code;
@@ -124,8 +124,8 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
     double span = fit->high - fit->low;
     if (!(fabs(line.slope.value) > SLOPE_MIN_STANDARD_ERRORS * line.slope.error))
         return error_set(error, MR_NUMERICS,
-                         "the readings do not follow the known values; check the channel number "
-                         "and the connection");
+                         "the readings do not change with the known values; check the channel "
+                         "number and the connection");
     fit->unit_per_code = line.slope.value;
     fit->zero_code = -line.intercept.value / line.slope.value;
     fit->gain_error = hypot(line.slope.error / fabs(line.slope.value), known_error / span);

@@ -83,7 +83,7 @@ void jump_write_mistake_hint(const struct mr_channel_config *channel, char *out,
         if (!(other < nearest))
             continue;
         nearest = other;
-        snprintf(out, size, "; the values may have been in %s", unit->word);
+        snprintf(out, size, "; the unit of the values may have been %s", unit->word);
     }
     if (compute_gain_distance(&limits, 1.0 / gain) < nearest)
         snprintf(out, size, "; the columns may be swapped");

@@ -35,8 +35,9 @@ void jump_channel_name(unsigned index, char out[8]);
  * such channel. */
 bool jump_channel_find(const char *name, size_t length, unsigned *index);
 
-/* Writes the likely mistake behind an impossible gain, "; the values may have been in mm" or "; the
- * columns may be swapped"; empty if no such mistake explains the gain of a measuring channel. */
+/* Writes the likely mistake behind an impossible gain, "; the unit of the values may have been
+ * mm" or "; the columns may be swapped"; empty if no such mistake explains the gain of a
+ * measuring channel. */
 void jump_write_mistake_hint(const struct mr_channel_config *channel, char *out, size_t size);
 
 #endif

@@ -89,9 +89,9 @@ static enum mr_status read_header(struct reader *r, const char *left, const char
                             second = calibrate_column_parse(right),
                             value = first.is_codes ? second : first;
     if (!first.is_known || !second.is_known || first.is_codes == second.is_codes)
-        return refuse_points(r, MR_MALFORMED, "not a line of column names", example);
+        return refuse_points(r, MR_MALFORMED, "the first line has no column names", example);
     if (value.unit && value.unit->kind != r->kind)
-        return refuse_points(r, MR_MALFORMED, "values in a unit of the wrong kind",
+        return refuse_points(r, MR_MALFORMED, "the unit of the values is of the wrong kind",
                              get_kind_text(r->kind));
     r->points->unit = value.unit;
     r->points->are_codes_first = first.is_codes;
@@ -121,14 +121,14 @@ static enum mr_status read_point(struct reader *r, const char *left, const char 
                *code = points->are_codes_first ? left : right;
     struct quantity_error wrong = {"", ""};
     if (strchr(left, ',') || strchr(right, ','))
-        return refuse_points(r, MR_MALFORMED, "a comma in a number", "write points in numbers");
+        return refuse_points(r, MR_MALFORMED, "a comma in a number",
+                             "write numbers with a decimal point");
     bool coded = read_code(code, &point.code);
     if (!coded || (!calibrate_value_parse(value, r->kind, points->unit, &point.value, &wrong) &&
                    !wrong.what[0]))
-        return refuse_points(r, MR_MALFORMED, "not a value and a code",
-                             points->are_codes_first
-                                 ? "write CODE,VALUE, in the order of the first line"
-                                 : "write VALUE,CODE");
+        return refuse_points(r, MR_MALFORMED, "the line does not have one value and one code",
+                             points->are_codes_first ? "write CODE,VALUE as in the first line"
+                                                     : "write VALUE,CODE");
     if (wrong.what[0])
         return refuse_points(r, MR_MALFORMED, wrong.what,
                              strstr(wrong.what, "instead of") ? get_kind_text(r->kind)
@@ -151,15 +151,16 @@ static enum mr_status read_line(struct reader *r, char *line)
         return refuse_points(
             r, MR_MALFORMED,
             *separator == ';' ? "columns separated by semicolons" : "columns separated by tabs",
-            "save the file with commas between columns and decimal points in numbers");
+            "save the file with commas between columns and decimal points in the numbers");
     if (line[strspn(line, BLANKS ",")] == '\0') /* an empty row of a spreadsheet is skipped */
         return MR_OK;
     size_t cells = csv_split(line, ',', cell, 3);
     if (cells < 2)
-        return refuse_points(r, MR_MALFORMED, "not a value and a code", "write VALUE,CODE");
+        return refuse_points(r, MR_MALFORMED, "the line does not have one value and one code",
+                             "write VALUE,CODE");
     if (cells > 2 && cell[2][strspn(cell[2], BLANKS ",")] != '\0')
         return refuse_points(r, MR_MALFORMED, "more than two columns",
-                             "write VALUE,CODE, with points in numbers");
+                             "write VALUE,CODE with decimal points in the numbers");
     return r->is_header_read ? read_point(r, cell[0], cell[1]) : read_header(r, cell[0], cell[1]);
 }
 

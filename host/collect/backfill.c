@@ -14,7 +14,8 @@
 
 /* the black box counts as a third kind of link, besides CAN and serial */
 #define BLACK_BOX_LINK ((enum link_kind)STORE_LINK_BLACK_BOX)
-_Static_assert(1 << STORE_LINK_BLACK_BOX == BACKFILL_LINK_BIT, "as its rows are marked");
+_Static_assert(1 << STORE_LINK_BLACK_BOX == BACKFILL_LINK_BIT,
+               "the link number of the black box equals the mark of its rows");
 
 /* A collector for one landing, which receives the messages of the record. */
 struct box_collector {
@@ -180,14 +181,14 @@ enum mr_status backfill_store_record(struct store *store, const char *link, int6
     char uid[25];
     if (!count || !present[0] || mr_boxpage_check(pages[0], &header) != MR_OK ||
         header.kind != MR_BOXPAGE_START)
-        return error_set(error, MR_MALFORMED,
-                         "the first page of the record is missing, so the record cannot be "
-                         "assigned to a landing: %s",
-                         link);
+        return error_set(
+            error, MR_MALFORMED,
+            "the record cannot be assigned to a landing, because its first page is missing: %s",
+            link);
     mr_boxpage_get_start(pages[0], &start);
     if (start.layout != MR_LAYOUT)
         return error_set(error, MR_VERSION,
-                         "recorded in layout %u, but this matrig uses layout %u: %s; use the "
+                         "the record uses layout %u, but this matrig uses layout %u: %s; use the "
                          "matrig version that belongs to that firmware",
                          start.layout, MR_LAYOUT, link);
     snprintf(uid, sizeof uid, "%08X%08X%08X", start.uid[0], start.uid[1], start.uid[2]);

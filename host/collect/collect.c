@@ -198,7 +198,7 @@ enum mr_status collector_end_link(struct collector *collector, enum link_kind ki
     if (status == MR_OK && kind == LINK_SERIAL && side->deframer.length > 0) {
         side->loss_tracker.counts.bad++;
         status = error_set(error, MR_TRUNCATED,
-                           "the link ended inside a frame: %s; the frames before it are stored",
+                           "the link ended inside a frame: %s; all earlier frames are stored",
                            side->link_spec);
     }
     return status;

@@ -21,8 +21,8 @@ static enum mr_status reject_other_board(struct collector *collector, struct lin
             return MR_OK;
     }
     return error_set(error, why,
-                     "this is a different board than at the start of this log (%s): %s; end this "
-                     "log and start a new one",
+                     "the link now has a different board than at the start of this log (%s): %s; "
+                     "end this log and start a new one",
                      now, side->link_spec);
 }
 
@@ -69,8 +69,8 @@ static bool handle_uid(struct collector *collector, struct link_state *side, uns
     char now[60];
     if (part == 1)
         memcpy(side->other_uid, words, sizeof side->other_uid);
-    snprintf(now, sizeof now, "its identity contains %08X, not %08X", (unsigned)words[0],
-             (unsigned)known[0]);
+    snprintf(now, sizeof now, "the UID of the board contains %08X instead of %08X",
+             (unsigned)words[0], (unsigned)known[0]);
     reject_other_board(collector, side, MR_IO, now, error);
     return false;
 }

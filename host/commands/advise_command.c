@@ -56,13 +56,13 @@ static void read_profile(const char *text, bool si, struct advise_profile *profi
                                   "ft/s2", &a) ||
             !(a >= 0.0 && a <= 60.0) || !(t_s > last_s && t_s <= 60.0))
             error_set(fatal, MR_USAGE,
-                      "not a profile: '%s' for --profile; give times and decelerations, "
-                      "such as 0s:4ft/s2,2s:8ft/s2, times ascending from 0 to 60 s, "
+                      "not a profile: '%s' for --profile; give pairs of time and deceleration, "
+                      "such as 0s:4ft/s2,2s:8ft/s2, with ascending times from 0 to 60 s and "
                       "decelerations of 0 to 60 ft/s2",
                       text);
         if (profile->point_count == ADVISE_PROFILE_MAX)
             error_set(fatal, MR_USAGE,
-                      "too many points: --profile has more than %u; leave some out",
+                      "too many points: --profile has more than %u points; leave some out",
                       ADVISE_PROFILE_MAX);
         profile->t_s[profile->point_count] = last_s = t_s;
         profile->factor[profile->point_count++] = a;
@@ -84,8 +84,8 @@ static unsigned count_landings(struct store *store, const struct advise *advise)
                          fatal);
     if (!there)
         error_set(fatal, MR_TOO_FEW,
-                  "no runway: the last landing of the campaign does not record the runway of the "
-                  "board, so a chart cannot be loaded; log a landing with this board first");
+                  "runway unknown: the last landing of the campaign does not record the runway of "
+                  "the board, so a chart cannot be loaded; log a landing with this board first");
     return state.landing_count + 1u;
 }
 
@@ -98,10 +98,11 @@ static void open_runway_client(const struct request *r, struct store *store,
     runway_client_read(talk, fatal);
     unsigned landings = count_landings(store, advise);
     if (talk->state.landing_count != landings)
-        error_set(fatal, MR_VERSION,
-                  "runways differ: the runway of the board has %u landings, that of the advice %u: "
-                  "%s; log or fetch the missing landings, then repeat advise",
-                  talk->state.landing_count, landings, r->serial);
+        error_set(
+            fatal, MR_VERSION,
+            "runways differ: the board's runway includes %u landings, but the runway of the advice "
+            "includes %u: %s; log or fetch the missing landings, then repeat matrig advise",
+            talk->state.landing_count, landings, r->serial);
 }
 
 /* ---- relations of the rig, fitted to the recorded conditions of its landings ---- */
@@ -151,12 +152,13 @@ static size_t predict_relation(const struct request *r, struct store *store,
     }
     double at = inspection_get_number(values, relation->field).value;
     if (count < RELATION_LANDINGS_MIN)
-        error_set(fatal, MR_TOO_FEW,
-                  "too few landings for %s: %zu with %s and %s=%s, and %d are needed; record them "
-                  "with matrig record %s conditions RUN %s=VALUE %s=%s",
-                  relation->option, count, relation->field, relation->filter_field,
-                  relation->filter_choice, RELATION_LANDINGS_MIN, r->db, relation->field,
-                  relation->filter_field, relation->filter_choice);
+        error_set(
+            fatal, MR_TOO_FEW,
+            "too few landings for %s: only %zu landings have %s and %s=%s, but %d are needed; "
+            "record these conditions with matrig record %s conditions RUN %s=VALUE %s=%s",
+            relation->option, count, relation->field, relation->filter_field,
+            relation->filter_choice, RELATION_LANDINGS_MIN, r->db, relation->field,
+            relation->filter_field, relation->filter_choice);
     rig_predict_next_landing(x, y, count, at, relation->unit == UNIT_SPEED, predicted, fatal);
     free(x);
     free(word);
@@ -250,8 +252,8 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
         read_profile(r.profile, cli->si, &r.advise.profile);
     if (r.load && r.advise.profile.point_count > MR_RISK_PLAN_KNOTS)
         error_set(fatal, MR_USAGE,
-                  "too many points: --profile has %zu, but the board accepts only %u (--load); "
-                  "leave some out",
+                  "too many points: --profile has %zu points, but the board (--load) accepts only "
+                  "%u; leave some out",
                   r.advise.profile.point_count, MR_RISK_PLAN_KNOTS);
     return run_advise(&r, cli);
 }
@@ -266,20 +268,20 @@ static const struct command_part parts[] = {
                      NUMBER_NOT_GIVEN,
                      "planned mean deceleration; default: that of the last landing"),
     OPTION_TEXT("--temperature", "T", temperature,
-                "predict the deceleration without brakes at this temperature (72, 22degC). This "
-                "needs landings with a recorded temperature and brake=none (matrig record)"),
+                "predict the deceleration without brakes at this temperature (72, 22degC). Needs "
+                "landings with a recorded temperature and brake=none (matrig record)"),
     OPTION_TEXT("--release", "FT", release,
                 "predict the touchdown speed of a coasting gear that is released at this height. "
-                "This needs landings with a recorded release height (matrig record)"),
+                "Needs landings with a recorded release height (matrig record)"),
     OPTION_TEXT("--profile", "T:A,...", profile,
-                "planned deceleration over time, interpolated linearly: 0s:4ft/s2,2s:8ft/s2. Each "
-                "further row of the result is for the profile multiplied by a factor"),
+                "planned deceleration over time, interpolated linearly: 0s:4ft/s2,2s:8ft/s2. The "
+                "other rows of the result are for this profile multiplied by a factor"),
     OPTION_NUMBER_SI("--station", "S", advise.touchdown_ft, "ft", "m", 0.0, 200.0, NUMBER_NOT_GIVEN,
                      "planned touchdown station; default: the board's touchdown station"),
     OPTION_NUMBER("--share", "S", advise.thrust_share, NULL, 0.3, 2.0, NUMBER_NOT_GIVEN,
                   "measured ratio of the thrust on the mat strip to axle weight x deceleration / "
-                  "g. Give it only if its error is 3 % or less; default: unknown, assumed uniform "
-                  "from 0.7 to 1.3 and estimated from the recorded landings"),
+                  "g. Give this ratio only if its error is 3 % or less; default: estimated from "
+                  "the recorded landings (initially uniform from 0.7 to 1.3)"),
     OPTION_NUMBER("--limit", "PERCENT", limit_percent, NULL, 1.0, 99.0, 100.0 * ADVISE_RISK_LIMIT,
                   "advise against a landing if a zone has this probability or more, in %; "
                   "default: {standard}, because a missed zone costs four times as much as a "
@@ -292,16 +294,16 @@ static const struct command_part parts[] = {
                    "seed of all random draws; default: {standard}"),
     OPTION_RUN("--before", "RUN", advise.before_run,
                "give the advice for landing RUN from earlier data only"),
-    OPTION_FLAG("--keep", keep_runway, "store plan and advice in the campaign"),
+    OPTION_FLAG("--keep", keep_runway, "store the plan and the advice in the campaign"),
     OPTION_TEXT("--who", "W", who, "author; default: the user"),
     OPTION_FLAG("--load", load,
                 "send the plan and the predicted probabilities (the chart) to the board, which "
                 "computes the risk of the next landing from them"),
     OPTION_TEXT("--serial", "LINK", serial, "the board's serial port (see matrig log --help)"),
-    HELP_NOTE("The result is clear, caution or against, with the reason. A table has the "
-              "probability of a zone of 50 mats by mean deceleration and station. The last lines "
-              "give the operator the hardest braking and fastest touchdown below the limit. Exit "
-              "1: against."),
+    HELP_NOTE(
+        "The result is clear, caution or against, with the reason. A table shows the probability "
+        "of a zone of 50 mats by mean deceleration and station. The last lines show the hardest "
+        "braking and the fastest touchdown below the limit. Exit 1: against."),
     HELP_EXAMPLE("matrig advise campaign.db --speed 35ft/s --deceleration 4.5ft/s2"),
 };
 

@@ -77,8 +77,8 @@ static void set_defaults(struct band_design *design)
 static enum mr_status set_strength_error(const struct band_design *d, struct error *error)
 {
     return error_set(error, MR_USAGE,
-                     "bands too weak: each carries R = %.6g lb and yields at A fy = %.6g lb (C.10 "
-                     "leaves n F' = %.6g lb); give more bands, or a larger area or yield",
+                     "bands too weak: each band carries R = %.6g lb and yields at A fy = %.6g lb "
+                     "(by C.10, n F' = %.6g lb); give more bands, or a larger area or yield",
                      d->band_load_lb, d->strength_lb, d->strength_lb - d->band_load_lb);
 }
 
@@ -198,7 +198,7 @@ static void read_words(const char **words, struct request *request)
         const struct design_input *input = find_input(words[i], &text);
         double value = read_value(input, text);
         if (given[input - inputs])
-            error_set(fatal, MR_USAGE, "given twice: %s; leave one out", input->name);
+            error_set(fatal, MR_USAGE, "%s is given twice; leave one out", input->name);
         given[input - inputs] = true;
         memcpy((char *)request + input->offset, &value, sizeof value);
         request->has_area = request->has_area || strcmp(input->name, "area") == 0;
@@ -207,10 +207,10 @@ static void read_words(const char **words, struct request *request)
     bool drawn = request->width_ft > 0.0 || request->thickness_ft > 0.0;
     if (drawn && (request->has_area || !(request->width_ft > 0.0 && request->thickness_ft > 0.0)))
         error_set(fatal, MR_USAGE,
-                  "the cross section of the band is not clear: %s given; give either width and "
+                  "the cross section of the band is not defined: %s; give either width and "
                   "thickness, or area",
-                  request->has_area ? "both area and width or thickness"
-                                    : "only width or thickness");
+                  request->has_area ? "area and width or thickness are given"
+                                    : "only width or thickness is given");
     if (drawn)
         d->area_ft2 = request->width_ft * request->thickness_ft;
     if (d->rows_per_connection != floor(d->rows_per_connection))
@@ -252,14 +252,14 @@ static void check_design(const struct band_design *d, struct findings *f)
 {
     if (d->connection_count > d->max_connection_count)
         add_finding(f,
-                    "theory requires %.0f connections, but C.10 allows %.0f; use more, shorter or "
-                    "stronger bands",
+                    "theory requires %.0f connections, but C.10 allows only %.0f; use more, "
+                    "shorter or stronger bands",
                     d->connection_count, d->max_connection_count);
     if (d->t0_lb < d->t0_min_lb * (1.0 - 1e-9))
-        add_finding(f, "theory: T0 %s is below n F' + R/2 = %s (C.8): the band may go loose",
+        add_finding(f, "theory: T0 %s is below n F' + R/2 = %s (C.8), so the band may become loose",
                     format_force(f, d->t0_lb).text, format_force(f, d->t0_min_lb).text);
     if (d->t0_lb > d->t0_max_lb * (1.0 + 1e-9))
-        add_finding(f, "theory: T0 %s is above A fy - R/2 = %s (C.9): the band may yield",
+        add_finding(f, "theory: T0 %s is above A fy - R/2 = %s (C.9), so the band may yield",
                     format_force(f, d->t0_lb).text, format_force(f, d->t0_max_lb).text);
 }
 
@@ -356,9 +356,9 @@ static const struct command_part parts[] = {
     HELP_ITEM("UNIT",
               "a different unit: lb kip N kN kgf kg (the weight of that mass), ft in m mm, ft/s "
               "mph m/s, ft/s2 g m/s2, psi ksi MPa GPa, lb/ft lb/in kip/in N/mm, in2 ft2 mm2"),
-    HELP_NOTE("Exit 1 when a band becomes loose or yields. The theory omits the impacts that occur "
-              "when the force passes from rivet to rivet, so simulate the band before you build it "
-              "(matrig sim, host/scenes/model_runway_bands.json)."),
+    HELP_NOTE("Exit 1 when a band becomes loose or yields. The theory omits the impacts when the "
+              "force passes from rivet to rivet, so simulate the band (matrig sim, "
+              "host/scenes/model_runway_bands.json) before you build it."),
     HELP_EXAMPLE("\n"
                  "  matrig bands weight=480kip deceleration=0.5g bands=4 width=6in "
                  "thickness=0.375in yield=50ksi"),

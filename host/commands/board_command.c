@@ -167,11 +167,13 @@ static void send_box_command(struct box_client *client, uint8_t code, int32_t ar
     if (status == MR_TIMEOUT)
         dialogue_set_no_answer_error(dialogue, code, fatal);
     if (ack.status == MR_UNKNOWN)
-        error_set(fatal, MR_UNKNOWN, "the black box has no such record: %s; see matrig board list",
+        error_set(fatal, MR_UNKNOWN,
+                  "the black box has no such record: %s; list the records with matrig board list",
                   dialogue_spec(dialogue));
     if (ack.status != MR_OK)
         dialogue_set_refusal_error(
-            dialogue, &ack, "a landing is armed or in progress, or there is no black box", fatal);
+            dialogue, &ack, "a landing is armed or in progress, or the board has no black box",
+            fatal);
 }
 
 /* Requests state, free space and the list of records. A timeout or a refusal ends the program. */
@@ -299,10 +301,11 @@ static void store_configuration(const struct request *request, struct box_client
         store_configuration_put(store, crc, text, fatal);
         free(text);
     } else {
-        cli_note(request->cli, "the configuration of the landing, CRC %08x, could not be read: %s",
+        cli_note(request->cli, "cannot read the configuration of the landing (CRC %08x): %s",
                  (unsigned)landing.config_crc,
-                 why.status == MR_OK ? "the board has a different one now; a replay will differ"
-                                     : why.text);
+                 why.status == MR_OK
+                     ? "the board now has a different configuration, so a replay will differ"
+                     : why.text);
     }
 }
 
@@ -315,7 +318,8 @@ static int read_record(const struct request *request, struct box_client *client)
             r = &client->records[i];
     }
     if (!r) {
-        error_set(fatal, MR_UNKNOWN, "no record %d in the black box: %s; see matrig board list",
+        error_set(fatal, MR_UNKNOWN,
+                  "no record %d in the black box: %s; list the records with matrig board list",
                   (int)request->number, request->serial);
         return 0;
     }
@@ -403,7 +407,7 @@ static int report_identity(const struct request *request, struct dialogue *dialo
         imagefile_read(request->image, &image, fatal);
     if (request->image && !image.has_header)
         error_set(fatal, MR_UNKNOWN,
-                  "image without the matrig header: %s; give an image built by matrig",
+                  "the image has no matrig header: %s; give an image built by matrig",
                   request->image);
     if (dialogue_wait_for_identity(dialogue, DIALOGUE_HELLO_TIMEOUT_S, fatal) == MR_TIMEOUT)
         dialogue_set_no_hello_error(dialogue, fatal);
@@ -500,8 +504,8 @@ static int run_arm(const struct request *request, struct dialogue *dialogue)
     struct arm_client client = {0};
     bool arms = strcmp(request->words[0], "arm") == 0;
     if (!cli_confirm(
-            arms ? "arm? The board records until the gear has stopped and the mat is at rest."
-                 : "disarm? This ends the recording of the board."))
+            arms ? "Arm the board? It records until the gear has stopped and the mat is at rest."
+                 : "Disarm the board? The recording then ends."))
         error_set(fatal, MR_USAGE, "not confirmed (the answer was not yes): nothing was sent");
     enum mr_status status = arm_client_begin(&client, dialogue, &error)
                               ?: arm_client_send(&client, arms ? MR_COMMAND_ARM : MR_COMMAND_DISARM,
@@ -567,8 +571,9 @@ static int print_runway(const struct runway_client *client, const struct cli *cl
     for (unsigned j = 0; j <= state->mats; j++)
         answer_add_value(answer, NULL, NULL, UNIT_NUMBER, state->gap_counts[j] / HMIL_PER_IN, 5);
     answer_close_group(answer);
-    answer_open_table(answer, NULL,
-                      "openings in rows of joints, starting with the joint in the first column");
+    answer_open_table(
+        answer, NULL,
+        "opening of each joint; the first column is the number of the first joint in the row");
     for (unsigned s = 0; 10 * s <= state->mats; s += OPENINGS_PER_ROW) {
         answer_open_row(answer);
         answer_add_count(answer, NULL, "joint", 10 * s + 1);
@@ -630,7 +635,7 @@ static void read_runway(const char *path, struct mr_predictor_state *state)
     FILE *file = fopen(path, "r");
     if (!file) {
         error_set(fatal, MR_IO,
-                  "cannot be read (%s): %s; matrig board runway -o FILE writes such a file",
+                  "cannot be read (%s): %s; give a file that matrig board runway -o FILE wrote",
                   strerror(errno), path);
         return;
     }
@@ -647,10 +652,10 @@ static void read_runway(const char *path, struct mr_predictor_state *state)
     for (unsigned j = 0; j < MR_RUNWAY_JOINTS; j++)
         joints += given[j];
     if (state->mats == 0 || joints != state->mats + 1u)
-        error_set(
-            fatal, MR_MALFORMED,
-            "%u joints and %u mats: %s; the file must give mats, and each joint from 1 to mats + 1",
-            joints, state->mats, path);
+        error_set(fatal, MR_MALFORMED,
+                  "the runway is incomplete, with %u joints and %u mats: %s; give mats, and each "
+                  "joint from 1 to mats + 1",
+                  joints, state->mats, path);
 }
 
 static void check_runway(struct request *r)
@@ -658,12 +663,12 @@ static void check_runway(struct request *r)
     const char *subcommand = r->words[1] ? r->words[1] : "show", *file = r->words[2];
     bool load = strcmp(subcommand, "load") == 0;
     if (!load && strcmp(subcommand, "show") != 0 && strcmp(subcommand, "forget") != 0)
-        error_set(fatal, MR_USAGE, "not show, load or forget: '%s'; see matrig board --help",
+        error_set(fatal, MR_USAGE, "unknown action of runway: '%s'; give show, load or forget",
                   subcommand);
     if (load != (file != NULL))
         error_set(fatal, MR_USAGE,
-                  load ? "FILE is missing: give matrig board runway load FILE"
-                       : "only load takes a FILE: '%s'; leave it out",
+                  load ? "no file to load; give matrig board runway load FILE"
+                       : "unexpected file: '%s'; only the action load reads a file",
                   file);
     if (file)
         read_runway(file, &r->runway);
@@ -710,13 +715,13 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
     struct dialogue_command order = {.code = new ? MR_COMMAND_KEY_SET : MR_COMMAND_KEY_CLEAR,
                                      .answer_timeout_s = KEY_TIMEOUT_S};
     if (!new && (!request->words[1] || strcmp(request->words[1], "clear") != 0))
-        error_set(fatal, MR_USAGE, "not key new or key clear%s%s%s; see matrig board --help",
+        error_set(fatal, MR_USAGE, "unknown action of key%s%s%s; give key new or key clear",
                   request->words[1] ? ": '" : "", request->words[1] ? request->words[1] : "",
                   request->words[1] ? "'" : "");
     dialogue_wait_for_hello(dialogue, dialogue_is_flag_set, &who->key_known, fatal);
     if (who->key.state == MR_KEY_NO_MEMORY)
         error_set(fatal, MR_IO,
-                  "this board has no memory for a key: %s; it accepts commands without a key",
+                  "this board has no memory for a key: %s; send commands without a key",
                   dialogue_spec(dialogue));
     identity_uid_text(who, uid);
     if (new) {
@@ -735,9 +740,9 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
     if (status != MR_OK) {
         keyfile_discard_new(uid);
         error_set(fatal, error.status, "%s%s", error.text,
-                  new && !dialogue->is_answered
-                      ? "; the board may have the new key, but no computer has it: repeat key new"
-                      : "");
+                  new && !dialogue->is_answered ? "; the board may have the new key, but this "
+                                                  "computer did not store it: repeat key new"
+                                                : "");
     }
     if (new)
         keyfile_activate(uid, fatal);
@@ -803,10 +808,12 @@ static void check_options(struct request *r, const struct subcommand *subcommand
         unsigned option;
         const char *name, *allowed_use;
     } options[] = {
-        {r->can != NULL, ALLOWS_CAN, "--can", "only for arm, disarm and config"},
+        {r->can != NULL, ALLOWS_CAN, "--can", "works only with arm, disarm and config"},
         {r->db || r->run, ALLOWS_DB, r->db ? "--db" : "--run", "only for read"},
-        {r->image != NULL, ALLOWS_IMAGE, "--image", "only for matrig board without a further word"},
-        {r->out || r->force, ALLOWS_OUT, r->out ? "-o" : "--force", "only for runway and config"},
+        {r->image != NULL, ALLOWS_IMAGE, "--image",
+         "works only with matrig board without an action"},
+        {r->out || r->force, ALLOWS_OUT, r->out ? "-o" : "--force",
+         "works only with runway and config"},
     };
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
         if (options[i].given && !(subcommand->options & options[i].option))
@@ -815,7 +822,7 @@ static void check_options(struct request *r, const struct subcommand *subcommand
     }
     if (r->can && r->serial)
         error_set(fatal, MR_USAGE,
-                  "two links given: matrig board %s needs only one; leave out --can or --serial",
+                  "two links given: matrig board %s uses only one; leave out --can or --serial",
                   subcommand->name);
     if (!r->can && !r->serial)
         error_set(fatal, MR_USAGE,
@@ -823,11 +830,10 @@ static void check_options(struct request *r, const struct subcommand *subcommand
                   subcommand->name, subcommand->name[0] ? " " : "",
                   subcommand->options & ALLOWS_CAN ? "--can LINK or " : "");
     if (strncmp(r->can ? r->can : r->serial, "file:", 5) == 0 && subcommand->run == run_arm)
-        error_set(fatal, MR_USAGE, "a file is not a board: %s; give the link of a board",
+        error_set(fatal, MR_USAGE, "the link is a file: %s; give the link of a board",
                   r->can ? r->can : r->serial);
     if (subcommand->options & ALLOWS_DB && !r->db)
-        error_set(fatal, MR_USAGE, "no campaign for the record: matrig board %s needs --db DB",
-                  subcommand->name);
+        error_set(fatal, MR_USAGE, "no campaign: matrig board %s needs --db DB", subcommand->name);
     if (subcommand->run == run_runway)
         check_runway(r);
 }
@@ -841,16 +847,17 @@ static void check_words(struct request *r, const struct subcommand *subcommand)
                   subcommand->name, subcommand->words_max ? "more" : "number",
                   r->words[1 + subcommand->words_max]);
     if (subcommand->number_name && !word && subcommand->min > 0.0)
-        error_set(fatal, MR_USAGE,
-                  "no record number: matrig board %s needs one; see matrig board list",
-                  subcommand->name);
+        error_set(
+            fatal, MR_USAGE,
+            "no record number given for matrig board %s; list the records with matrig board list",
+            subcommand->name);
     if (!subcommand->number_name || !word)
         return;
     cli_parse_number(word, subcommand->number_name, subcommand->min, subcommand->max, &number,
                      fatal);
     r->number = (int32_t)number;
     if (number != floor(number))
-        error_set(fatal, MR_USAGE, "%s must be a whole number: '%s'; see matrig board --help",
+        error_set(fatal, MR_USAGE, "%s must be a whole number, not '%s'; see matrig board --help",
                   subcommand->number_name, word);
 }
 
@@ -888,14 +895,14 @@ static const struct command_part parts[] = {
     HELP_WORD("runway",
               "show the predictor's runway: landings, joints, origin; -o writes the runway to a "
               "file. runway load F sends a file to the board; runway forget resets the runway to "
-              "unknown. The board refuses both while a landing is armed or in progress. Example:\n "
-              " matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt"),
+              "unknown. The board refuses load and forget while a landing is armed or in progress. "
+              "Example:\n  matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt"),
     HELP_WORD("arm [LANDING]",
               "arm the board for landing LANDING; default: the next number. --can works while "
               "matrig log uses the interface, --serial only when no other program uses the port. "
               "Exit 2: refused in the present state. Exit 3: not ready (try again), or no answer "
               "within 3 s. Example:\n  matrig board --can can:can0 arm 7"),
-    HELP_WORD("disarm", "return to idle, even during a recording"),
+    HELP_WORD("disarm", "return the board to idle, even during a recording"),
     HELP_WORD("zero [1|2]",
               "measure the zeros of all channels (1: only the transducers; 2: only the gages), as "
               "means over 0.25 s. They are valid until a reset. If a reading moves or is not "
@@ -903,15 +910,15 @@ static const struct command_part parts[] = {
     HELP_WORD("shunt", "shunt calibration of the gages (1 s). If matrig log is running on CAN, it "
                        "stores the result; calibrations before and after a landing show the drift. "
                        "Exit 1 when a result is outside its limits"),
-    HELP_WORD("key new|clear", "set or clear the key for operator commands (arm, disarm, zero, "
-                               "shunt, survey, runway, chart), with the maintenance jumper fitted. "
-                               "The key is stored for this user, and matrig uses it automatically"),
+    HELP_WORD("key new|clear",
+              "set or clear the key for operator commands (arm, disarm, zero, shunt, survey, "
+              "runway, chart). The maintenance jumper must be fitted. matrig stores the key for "
+              "this user and uses it automatically"),
     HELP_INCLUDE(command_board_bringup),
-    HELP_WORD(
-        "health",
-        "show restarts and their causes, the state of memories, stack and CAN, "
-        "faults, and the processor's state at a fault (arm-none-eabi-addr2line -pfe IMAGE.elf "
-        "ADDRESS names the function). Exit 1 when there is a fault"),
+    HELP_WORD("health",
+              "show restarts and their causes, the state of memories, stack and CAN, faults, and "
+              "the processor's state at a fault (to find the function, run arm-none-eabi-addr2line "
+              "-pfe IMAGE.elf ADDRESS). Exit 1 when there is a fault"),
     HELP_WORD("self-test", "test memories, reference, excitation, black box and warning lamp. Exit "
                            "1 when a test fails"),
     HELP_WORD("reset", "restart the board"),

@@ -116,7 +116,7 @@ static void print_advice(struct answer *answer, const struct bringup_result *res
         const struct bringup_result *j = &results[i];
         if (!j->verdict)
             continue;
-        const char *what = !j->limit ? "unknown line: the image may be of a different version"
+        const char *what = !j->limit ? "unknown line; the image may have a different version"
                                      : j->limit->advice;
         answer_add_sentence(answer, NULL, "%s: %s: %s%s%s%s", bringup_verdict_text(j->verdict),
                             j->name, what, j->limit && *j->limit->source ? " [" : "",
@@ -151,8 +151,8 @@ static int check_values(const struct request *request, const struct bringup *b)
     }
     answer_close_group(answer);
     print_advice(answer, results, count);
-    answer_add_sentence(answer, NULL, "%zu ok, %zu to look at, %zu wrong", verdicts[BRINGUP_OK],
-                        verdicts[BRINGUP_SUSPECT], verdicts[BRINGUP_WRONG]);
+    answer_add_sentence(answer, NULL, "%zu lines ok, %zu to be checked, %zu wrong",
+                        verdicts[BRINGUP_OK], verdicts[BRINGUP_SUSPECT], verdicts[BRINGUP_WRONG]);
     return answer_print(request->cli, answer,
                         worst == BRINGUP_WRONG ? mr_status_exit_code(MR_LIMIT) : 0);
 }
@@ -205,15 +205,15 @@ static int bringup_command(int argc, char **argv, const struct cli *cli)
     command_parse(&command_board_bringup, argc, argv, cli, &r, words, fatal);
     const char *section = words[1] ? words[1] : "report";
     if (strcmp(words[0], "bringup") != 0)
-        error_set(fatal, MR_USAGE, "not bringup: '%s'; see matrig board --help", words[0]);
+        error_set(fatal, MR_USAGE, "unknown action: '%s'; give matrig board bringup", words[0]);
     if (!is_section(section))
-        error_set(fatal, MR_USAGE, "not report, brown-out or rom: '%s'; see matrig board --help",
+        error_set(fatal, MR_USAGE, "unknown action of bringup: '%s'; give report, brown-out or rom",
                   section);
     if (!r.serial)
         error_set(fatal, MR_USAGE,
                   "no link: matrig board needs --serial LINK; see matrig board --help");
     if (strcmp(section, "rom") == 0 && strncmp(r.serial, "file:", 5) == 0)
-        error_set(fatal, MR_USAGE, "a file is not a board: %s; give the link of a board", r.serial);
+        error_set(fatal, MR_USAGE, "the link is a file: %s; give the link of a board", r.serial);
     return run_sections(&r, section);
 }
 

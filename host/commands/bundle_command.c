@@ -43,7 +43,7 @@ static enum mr_status find_image(const struct request *r, struct store *store,
         return textfile_open(elf, file, error);
     if (r->elf && error->status == MR_OK)
         return error_set(error, MR_USAGE,
-                         "not the image that recorded this landing (image %08x, commit %s): %s; "
+                         "a different image recorded this landing (image %08x, commit %s): %s; "
                          "give that image with --elf, or leave --elf out",
                          (unsigned)landing.image_crc, landing.image_commit, elf);
     if (!r->elf && unread.status == MR_IO && access(path, F_OK) == 0)

@@ -98,7 +98,7 @@ static int show_fit(const struct request *r, const struct calibrate_points *poin
     return answer_print(r->cli, answer, code);
 }
 
-#define ACCEPTED_DEVIATION_TEXT ": deviation from the fit accepted: "
+#define ACCEPTED_DEVIATION_TEXT ": the deviation from the fit was accepted: "
 
 /* Writes the reasons given by the user as comments at the start of the configuration file. Copies
  * the reasons of other channels too, because the file is the start of the calibration of the next
@@ -149,8 +149,8 @@ static void check_point_codes(const struct request *r, const struct calibrate_po
         double code = points->point[i].code;
         if (code < (double)limits.low_code || code > (double)limits.high_code)
             error_set(fatal, MR_LIMIT,
-                      "code out of range: %g for %s, point %zu: %s; codes are from %.0f to %.0f, "
-                      "the columns may be swapped",
+                      "code out of range: %g for %s, point %zu: %s; codes range from %.0f to %.0f, "
+                      "so check whether the columns are swapped",
                       code, r->channel_text, i + 1, get_source_name(r), (double)limits.low_code,
                       (double)limits.high_code);
     }
@@ -179,7 +179,7 @@ static void check_gain(const struct request *r, const struct mr_config *config,
 static void check_fit(struct request *r, const struct calibrate_points *points,
                       const struct calibrate_fit *fit, const struct mr_channel_config *channel)
 {
-    char mend[200] = "no single point explains this: measure all points again";
+    char mend[200] = "no single point causes the deviation: measure all points again";
     double span = fit->high - fit->low, most = r->deviation_max_percent / 100.0 * span, rest;
     struct error error = {0};
     if (fit->max_deviation <= fmin(r->deviation_max_percent, DEVIATION_MAX_PERCENT) / 100.0 * span)
@@ -193,13 +193,13 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
     size_t i = calibrate_find_outlier(points->point, points->count, r->table, most, channel, &rest);
     if (i < points->count)
         snprintf(mend, sizeof mend,
-                 "without point %zu (%.6g %s, %.6g codes) the others fit within %.2g %s: measure "
-                 "that point again",
+                 "without point %zu (%.6g %s, %.6g codes) the other points fit within %.2g %s: "
+                 "measure that point again",
                  i + 1, points->point[i].value, find_unit_text(r), points->point[i].code, rest,
                  find_unit_text(r));
     error_set(&error, MR_LIMIT,
-              "the points deviate from their fit by %.3g %s, %.2g %% of their span (limit %g): %s; "
-              "%s, or accept the deviation with --accept REASON",
+              "the points deviate from their fit by %.3g %s, which is %.2g %% of their span "
+              "(limit: %g %%): %s; %s, or accept the deviation with --accept REASON",
               fit->max_deviation, find_unit_text(r), 100.0 * fit->max_deviation / span,
               r->deviation_max_percent, get_source_name(r), mend);
     r->output = NULL;
@@ -309,7 +309,7 @@ static void guide_calibration(const struct request *r, struct dialogue *dialogue
     dialogue_subscribe(dialogue, gather_readings, &g);
     cli_note(r->cli,
              "%s: set a known value, wait until the sensor rests, type the value (%s) and press "
-             "Enter; u removes the last point; an empty line or q ends",
+             "Enter; u removes the last point; an empty line or q ends the input",
              r->channel_text, unit);
     while (points->count < CALIBRATE_POINTS_MAX) {
         if (!r->cli->quiet)
@@ -330,8 +330,8 @@ static void guide_calibration(const struct request *r, struct dialogue *dialogue
         measure_point(r, dialogue, &g, &point);
         bool moves = point.spread > MOVEMENT_MAX_CODES;
         cli_note(r->cli, "%.3f codes, noise %.2f%s", point.code, point.spread,
-                 moves ? ": not accepted, because the reading is moving; let it rest and type the "
-                         "value again"
+                 moves ? ": point refused, because the reading changes; wait until the sensor "
+                         "rests and type the value again"
                        : "");
         if (!moves)
             points->point[points->count++] = point;
@@ -349,9 +349,10 @@ static void read_board_config(const struct request *r, struct mr_config *config,
     uint32_t crc;
     config_client_begin_and_get(&talk, dialogue, config, &crc, fatal);
     if (!mr_channel_is_sensor(&config->channel[r->channel]))
-        error_set(fatal, MR_USAGE,
-                  "%s is not fitted according to the configuration of %s; see matrig board config",
-                  r->channel_text, r->serial);
+        error_set(
+            fatal, MR_USAGE,
+            "the configuration marks %s as not fitted: %s; set its kind with matrig board config",
+            r->channel_text, r->serial);
     guide_calibration(r, dialogue, config, points);
     dialogue_close(dialogue);
 }
@@ -370,8 +371,9 @@ static int run_calibration(struct request *r)
     struct mr_channel_config *channel = &config.channel[r->channel];
     const struct mr_channel_config old = *channel;
     if (!mr_channel_is_sensor(channel))
-        error_set(fatal, MR_USAGE, "%s is not fitted: %s; set its kind first", r->channel_text,
-                  r->config);
+        error_set(fatal, MR_USAGE,
+                  "the configuration marks %s as not fitted: %s; set its kind first",
+                  r->channel_text, r->config);
     check_point_codes(r, &points, channel);
     calibrate_fit(points.point, points.count, r->known_error, r->table, channel, &fit, fatal);
     time_t today = time(NULL) / S_PER_DAY;
@@ -427,8 +429,8 @@ static unsigned recompute_landing(const struct request *r, struct store *store,
             continue;
         if (new->kind != old[c].kind || new->number != old[c].number)
             error_set(fatal, MR_LIMIT,
-                      "input %u is not the same channel in %s as in RUN %lld; use a configuration "
-                      "with the channels of that landing",
+                      "input %u has a different channel in %s than in RUN %lld; use a "
+                      "configuration with the channels of that landing",
                       c + 1, r->recompute, (long long)landing->id);
         char name[8], what[JUMP_TEXT_SIZE];
         if (jump_find(&old[c], new, what)) { /* store a jump of the gain with the reason for it */
@@ -475,7 +477,7 @@ static int recompute_landings(struct request *r)
     json_t *item;
     size_t at;
     json_array_foreach(list, at, item)
-        printf("RUN %lld: %d values of its calibration changed; the old values are kept\n",
+        printf("RUN %lld: %d values of the calibration changed; the old values are kept\n",
                (long long)json_integer_value(json_object_get(item, "run")),
                (int)json_integer_value(json_object_get(item, "values")));
     json_decref(list);
@@ -581,29 +583,29 @@ static int calibrate_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("CHANNEL", "d1 to d8, t1 to t14"),
     OPTION_TEXT("--serial", "LINK", serial,
-                "calibrate on the board, which must be idle; matrig asks for one known value after "
-                "another"),
+                "calibrate on the board, which must be idle; the program asks for one known value "
+                "after another"),
     OPTION_TEXT(
         "--points", "F", points,
-        "calibrate from a file of VALUE,CODE rows; --config names the configuration file (from "
-        "matrig "
-        "board config get). The first line names the columns and the unit of the values: mm,codes "
+        "calibrate from a file of VALUE,CODE rows and a configuration file (from matrig board "
+        "config get). The first line of F names the columns and the unit of the values: mm,codes "
         "or load (lb),codes. A value may have its own unit: 12.7 mm,372.4"),
     OPTION_TEXT("-o", "F.cfg", output,
                 "write the configuration with the new calibration, for matrig board config set"),
     OPTION_TEXT("--sensor", "S", sensor, "serial number of the sensor"),
     OPTION_NUMBER("--days", "N", days, "days", 1.0, 3650.0, (double)NAN,
                   "number of days after which the calibration expires; default: 365"),
-    OPTION_TEXT(
-        "--known", "E", known_error_text,
-        "standard error common to all known values, in inches or pounds, or with a unit (0.05mm)"),
+    OPTION_TEXT("--known", "E", known_error_text,
+                "standard error that all known values have in common, in inches or pounds, or with "
+                "a unit (0.05mm)"),
     OPTION_FLAG("--table", table, "store a table of 2 to 8 points; default: a straight line"),
     OPTION_NUMBER("--miss", "P", deviation_max_percent, "%", 0.01, 50.0, DEVIATION_MAX_PERCENT,
-                  "largest deviation of a point from the fit, in % of the span of the known "
-                  "values; default: {standard}. If a point deviates more, nothing is written, and "
-                  "the output names the point that is probably wrong"),
-    OPTION_TEXT("--accept", "T", accept,
-                "accept a larger deviation; T is the reason, written into the file"),
+                  "largest allowed deviation of a point from the fit, in % of the span of the "
+                  "known values; default: {standard}. If a point deviates more, no file is "
+                  "written, and the output names the point that is probably wrong"),
+    OPTION_TEXT(
+        "--accept", "T", accept,
+        "accept a larger deviation; T is the reason, which is stored in the configuration file"),
     OPTION_TEXT("--db", "DB", db, "campaign that stores the certificate"),
     OPTION_TEXT(
         "--certificate", "C", certificate,

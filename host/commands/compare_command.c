@@ -52,13 +52,13 @@ static void read_words(const char *const words[3], struct request *request)
                   "unexpected argument: '%s' of compare; see matrig compare --help", words[2]);
     if (request->run && request->series)
         error_set(fatal, MR_USAGE,
-                  "a RUN and a series exclude each other: %s and --series %s; give only one",
+                  "RUN and --series exclude each other: %s and --series %s; give only one",
                   words[1], request->series);
     if (!request->run && (request->output || request->include_voided))
-        error_set(fatal, MR_USAGE, "%s works only for a single landing; give its RUN",
+        error_set(fatal, MR_USAGE, "%s works only for a single landing; give the RUN of a landing",
                   request->output ? "-o" : "--void");
     if (file && request->scene)
-        error_set(fatal, MR_USAGE, "two scenes: %s and --scene %s; give only one", file,
+        error_set(fatal, MR_USAGE, "two scenes given: %s and --scene %s; give only one", file,
                   request->scene);
     request->scene = file ? file : request->scene;
     if (!request->scene) {
@@ -99,7 +99,7 @@ static int print_verdict(const struct compare_verdict *verdict, struct answer *a
         error_set(&error, MR_LIMIT, "%s; and %zu more of %zu limits fail", verdict->worst_failure,
                   verdict->failed_limit_count - 1, verdict->checked_limit_count);
     else if (verdict->failed_limit_count)
-        error_set(&error, MR_LIMIT, "%s; check the table above, or the limits",
+        error_set(&error, MR_LIMIT, "%s; see the table above, or change the limits",
                   verdict->worst_failure);
     return exit_code == 0 && verdict->failed_limit_count ? cli_fail(&error) : exit_code;
 }
@@ -172,7 +172,7 @@ static const struct command_part parts[] = {
     HELP_ITEM("FILE",
               "scene or study file; default: the model runway. A study file describes an ensemble "
               "of runways, so the simulation has a spread. Without RUN, all landings are compared "
-              "in order; each starts with the runway as the preceding landing left it"),
+              "in order; each landing starts with the runway at the end of the preceding one"),
     OPTION_TEXT("--scene", "S", scene, "same as FILE"),
     OPTION_TEXT("--series", "NAME", series,
                 "compare only the landings of this series (matrig landing --series); default: all "
@@ -180,16 +180,16 @@ static const struct command_part parts[] = {
     OPTION_TEXT(
         "--limits", "F", limits_path,
         "file of limits. Each limit names a value by its path in the JSON result. A limit is the "
-        "largest allowed magnitude, but for share and within the smallest allowed value. Exit 1 "
+        "largest allowed magnitude; for share and within, it is the smallest allowed value. Exit 1 "
         "when a limit is violated:\n  {\"channels.*.rms_in\": 0.05, \"channels.3.rms_in\": 0.1,\n  "
         " \"zones.*.overlap_simulated.share\": 0.5, \"series.within\": 0.8}"),
     OPTION_NUMBER("--limit", "IN", rms_limit_in, "in", 0.0, 1e6, (double)NAN,
-                  "exit 1 when the rms difference of a channel exceeds IN"),
+                  "exit 1 when the rms difference of a channel exceeds IN inches"),
     OPTION_INTEGER("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
                    "number of seeds (runways); default: the number in the study file"),
     OPTION_TEXT("-o", "F.csv", output,
-                "one landing: write measured and simulated values every millisecond"),
-    OPTION_FLAG("--all", all, "one landing: also print each transducer and each zone"),
+                "for one landing: write measured and simulated values every millisecond"),
+    OPTION_FLAG("--all", all, "for one landing: also print each transducer and each zone"),
     OPTION_FLAG("--void", include_voided, "include a voided landing (matrig landing)"),
     HELP_EXAMPLE("matrig compare campaign.db 5 --limits limits.json\n"
                  "         matrig compare campaign.db host/landing_series/series/standard.json"),

@@ -125,8 +125,8 @@ static enum mr_status send_configuration(struct session *session, const struct m
                               ?: config_client_get(&session->client, &back, &crc, error);
     if (status == MR_OK && crc != mr_config_encode(wanted, image))
         return error_set(error, MR_CRC,
-                         "the configuration read back (CRC %08x) differs from the one sent: %s; "
-                         "read the configuration again",
+                         "the board stored a different configuration (CRC %08x) than the one sent: "
+                         "%s; send the configuration again",
                          crc, dialogue_spec(session->dialogue));
     session->crc = crc;
     return status;
@@ -191,8 +191,7 @@ static void find_board_base(const struct request *request, struct session *sessi
     link_close(own);
     if (taken)
         error_set(fatal, MR_LIMIT,
-                  "another board already uses this base: base 0x%03x of %s; give this board a "
-                  "different base",
+                  "another board already uses base 0x%03x of %s; give this board a different base",
                   base, request->can);
 }
 
@@ -222,8 +221,8 @@ static int run_set(const struct request *request)
     unsigned count = config_text_compare(&session.config, &wanted, add_change, changes);
     if (count && own_revision != revision)
         error_set(fatal, MR_LIMIT,
-                  "the file is based on revision %u, but the board has revision %u: %s; get the "
-                  "configuration again and edit it, or set site.revision = %u to overwrite",
+                  "the file is based on revision %u, but the board has revision %u: %s; get and "
+                  "edit the present configuration, or set site.revision = %u to overwrite it",
                   own_revision, revision, request->file, revision);
     uint16_t base = wanted.site[0].can_base;
     bool moves = count && base != session.config.site[0].can_base;
@@ -240,7 +239,7 @@ static int run_set(const struct request *request)
         fflush(stdout);
         enum mr_status status = send_configuration(&session, &wanted, &error);
         if (status == MR_TIMEOUT && moves && !request->serial)
-            cli_note(request->cli, "the board may be at its new base already: %s", at_base);
+            cli_note(request->cli, "the board may already use its new base: %s", at_base);
         if (status != MR_OK)
             return cli_fail(&error);
     }
@@ -251,10 +250,11 @@ static int run_set(const struct request *request)
             0);
     } else {
         printf(count ? "%u field%s changed, stored and read back: revision %u, CRC %08x\n"
-                     : "no difference, %u field%s changed: revision %u, CRC %08x\n",
+                     : "the board already has this configuration, %u field%s changed: revision %u, "
+                       "CRC %08x\n",
                count, count == 1 ? "" : "s", wanted.site[0].revision, session.crc);
         if (moves)
-            printf("the board is now at %s\n", at_base);
+            printf("the board now uses %s\n", at_base);
     }
     json_decref(changes);
     return exit_code;
@@ -284,7 +284,7 @@ static int config_command(int argc, char **argv, const struct cli *cli)
          is_check = strcmp(verb, "check") == 0;
     request.file = words[2];
     if (!is_get && !is_set && !is_check)
-        error_set(fatal, MR_USAGE, "not an action of config: '%s'; give get, set or check", verb);
+        error_set(fatal, MR_USAGE, "unknown action of config: '%s'; give get, set or check", verb);
     if (is_get == (request.file != NULL))
         error_set(fatal, MR_USAGE,
                   is_get ? "unexpected argument: '%s' of config get; name the output file with -o "
@@ -293,14 +293,14 @@ static int config_command(int argc, char **argv, const struct cli *cli)
                   is_get ? request.file : verb);
     if (request.output && !is_get)
         error_set(fatal, MR_USAGE,
-                  "-o is only for config get: matrig board config %s; leave it out", verb);
+                  "-o works only with config get: matrig board config %s; leave -o out", verb);
     if (!is_check && !request.can == !request.serial && !(is_set && request.can))
         error_set(fatal, MR_USAGE,
-                  "one link needed: matrig board config %s needs either --serial LINK or --can "
-                  "LINK; see matrig board --help",
+                  "matrig board config %s needs one link, either --serial LINK or --can LINK; see "
+                  "matrig board --help",
                   verb);
     if (is_check && (request.can || request.serial))
-        error_set(fatal, MR_USAGE, "config check needs no board: leave out --can and --serial");
+        error_set(fatal, MR_USAGE, "config check uses no board: leave out --can and --serial");
     return is_get ? run_get(&request) : is_set ? run_set(&request) : run_check(&request);
 }
 
@@ -311,11 +311,11 @@ static const struct command_part parts[] = {
         "print the active configuration; -o writes it to a file. Works over --can or --serial"),
     HELP_WORD(
         "config set F",
-        "check F, show the changes, send F and verify that it is stored. The board refuses this "
-        "while a landing is armed or in progress, and over CAN without the maintenance jumper. To "
-        "change a gain by more than 10 %, --force is needed. In a first calibration, and with a "
-        "new serial number, this limit is a factor of 1.5 (transducer) or 5 (gage). With --can, a "
-        "CAN base that another board uses is refused"),
+        "check F, show the changes, send F and verify that the board stored F. The board refuses a "
+        "configuration while a landing is armed or in progress, and over CAN without the "
+        "maintenance jumper. A gain that changes by more than 10 % needs --force. In a first "
+        "calibration, and with a new serial number, this limit is a factor of 1.5 (transducer) or "
+        "5 (gage). With --can, a CAN base that another board uses is refused"),
     HELP_WORD("config check F", "check F without a board"),
     OPTION_TEXT("--can", "LINK", can, NULL),
     OPTION_TEXT("--serial", "LINK", serial, NULL),

@@ -28,9 +28,9 @@
     X(CALIBRATE, calibrate, "calibrate the channels that are due")                 \
     X(SURVEY, survey, "read the gage points of the mat")                           \
     X(LOAD, load, "load the joint openings measured in the survey into the board") \
-    X(ADVISE, advise, "predict zones, and how hard to brake")                      \
-    X(READY, ready, "check board, sensors, links, disk: go, no-go")                \
-    X(LAND, land, "log in another terminal, arm, land")
+    X(ADVISE, advise, "predict zones and recommend how hard to brake")             \
+    X(READY, ready, "check board, sensors, links and disk (go or no-go)")          \
+    X(LAND, land, "start the log in another terminal, arm the board, land")
 
 enum day_step {
 #define DAY_STEP(NAME, key, text) DAY_##NAME,
@@ -283,13 +283,12 @@ static enum day_state look_step_state(const struct day_status *f, char reason[24
     if (f->has_notes)
         return set_reason(reason, DAY_DONE, "RUN %lld has a note", (long long)f->run);
     if (f->is_logging && is_landing_in_progress(f))
-        return set_reason(reason, DAY_NOT_NEEDED, "RUN %lld is not over", (long long)f->run);
+        return set_reason(reason, DAY_NOT_NEEDED, "RUN %lld has not ended", (long long)f->run);
     if (is_landing_in_progress(f))
-        return set_reason(
-            reason, DAY_NEXT,
-            "RUN %lld was cut off while it was %s: matrig board list shows whether the "
-            "board has the rest",
-            (long long)f->run, mr_landing_state_text((uint8_t)f->state));
+        return set_reason(reason, DAY_NEXT,
+                          "the record of RUN %lld ends in the state %s: matrig board list shows "
+                          "whether the board has the rest",
+                          (long long)f->run, mr_landing_state_text((uint8_t)f->state));
     return set_reason(reason, DAY_NEXT, "RUN %lld has no note", (long long)f->run);
 }
 
@@ -341,10 +340,11 @@ static enum day_state load_step_state(const struct day_status *f, char reason[24
 static enum day_state advise_step_state(const struct day_status *f, char reason[240])
 {
     if (!f->run)
-        return set_reason(reason, DAY_NOT_NEEDED, "advise needs a landing, and there is none yet");
+        return set_reason(reason, DAY_NOT_NEEDED,
+                          "no advice yet, because the campaign has no landing");
     if (f->advice_made_us && (!is_surveyed(f) || f->advice_made_us > f->survey_ended_us))
         return set_reason(reason, DAY_DONE, "%s", f->advice);
-    return set_reason(reason, DAY_NEXT, "no advice on how hard to brake yet");
+    return set_reason(reason, DAY_NEXT, "no advice yet on how hard to brake");
 }
 
 static enum day_state ready_step_state(const struct day_status *f, char reason[240])
@@ -353,10 +353,10 @@ static enum day_state ready_step_state(const struct day_status *f, char reason[2
     bool old = f->checks_made_us < f->armed_us || f->checks_made_us < f->calibrated_us ||
                (is_surveyed(f) && f->checks_made_us < f->runway_loaded_us);
     if (!f->checks_made_us)
-        return set_reason(reason, DAY_NEXT, "board and sensors have not been checked yet");
+        return set_reason(reason, DAY_NEXT, "board and sensors are not checked yet");
     format_clock(f->checks_made_us, at);
     if (old)
-        return set_reason(reason, DAY_NEXT, "the last check, at %s, predates %s", at,
+        return set_reason(reason, DAY_NEXT, "the last check, at %s, was before %s", at,
                           f->checks_made_us < f->armed_us        ? "the last landing"
                           : f->checks_made_us < f->calibrated_us ? "the calibration"
                                                                  : "the loaded survey");
@@ -374,9 +374,10 @@ static enum day_state land_step_state(const struct day_status *f, char reason[24
                           mr_landing_state_text((uint8_t)f->state));
     if (f->run && f->armed_us >= f->logging_since_us)
         return set_reason(reason, DAY_NEXT,
-                          "RUN %lld is recorded: end the log (Ctrl-C in its terminal)", run);
-    return set_reason(reason, DAY_NEXT,
-                      "the log is running, but nothing is armed: type arm in its terminal");
+                          "RUN %lld is recorded: end the log with Ctrl-C in its terminal", run);
+    return set_reason(
+        reason, DAY_NEXT,
+        "the log runs, but the board is not armed: type arm in the terminal of the log");
 }
 
 static void day_plan_make(const struct day_status *f, struct day_plan *plan)
@@ -402,7 +403,7 @@ static void day_plan_make(const struct day_status *f, struct day_plan *plan)
         else
             plan->next = step;
         if (found && step == DAY_LAND)
-            set_reason(plan->reason[step], DAY_LATER, "after all steps above");
+            set_reason(plan->reason[step], DAY_LATER, "needs all steps above");
         found = true;
     }
 }
@@ -548,7 +549,7 @@ static bool ask_weight(struct day *day)
         store_change_get(day->store, run_number, "weight_lb", weight, NULL, fatal);
     }
     if (!weight[0] && !day->has_asked_weight &&
-        !day_ask("weight of the aircraft (such as 1300 lb; Enter: the value in the board): ",
+        !day_ask("weight of the aircraft (such as 1300 lb; Enter: the value of the board): ",
                  weight, 40))
         return false;
     day->has_asked_weight = true;
@@ -570,13 +571,13 @@ static bool ask_waves(struct day *day)
     char run_text[24], station[40], panels[40];
     snprintf(run_text, sizeof run_text, "%lld", (long long)day->facts.run);
     for (;;) {
-        if (!day_ask("station of a wave in the mat, ft (Enter: none, or no more): ", station,
+        if (!day_ask("station of a wave in the mat, ft (Enter: no further wave): ", station,
                      sizeof station))
             return false;
         if (!station[0])
             return true;
-        if (!day_ask("number of panels in the wave (2: a wave that the gear can cross; Enter: not "
-                     "counted): ",
+        if (!day_ask("number of panels in the wave (the gear can cross a wave of 2 panels; Enter: "
+                     "not counted): ",
                      panels, sizeof panels))
             return false;
         struct command_line line = day_make_command_line("landing", day->r.db);
@@ -596,7 +597,7 @@ static void run_note_step(struct day *day)
         return;
     make_step_command_line(day, DAY_LOOK, &line);
     day_run_command_line(&line, &day->error);
-    printf("Enter: no answer, or the value in brackets; q: end of the questions\n");
+    printf("Enter: no answer, or the value in brackets; q ends the questions\n");
     if (!ask_operator(day) || !ask_weight(day) || !ask_waves(day))
         return;
     day_ask_records(day->store, day->r.db, day->facts.run, &day->error);
@@ -611,11 +612,12 @@ static void run_note_step(struct day *day)
 static void run_series_step(struct day *day)
 {
     struct store_series row = {.made_us = (int64_t)link_now_us()};
-    if (!day_ask("name for the series of landings (what is tested): ", row.name, sizeof row.name) ||
+    if (!day_ask("name of the series of landings (subject of the test): ", row.name,
+                 sizeof row.name) ||
         !row.name[0] ||
-        !day_ask("the runway (such as 'relaid, bands tensioned'; Enter: no note): ", row.runway,
-                 sizeof row.runway) ||
-        !day_ask("the pattern of the mats (Enter: no note): ", row.pattern, sizeof row.pattern) ||
+        !day_ask("state of the runway (such as 'relaid, bands tensioned'; Enter: no note): ",
+                 row.runway, sizeof row.runway) ||
+        !day_ask("pattern of the mats (Enter: no note): ", row.pattern, sizeof row.pattern) ||
         !ask_operator(day))
         return;
     annotation_copy(row.who, sizeof row.who, annotation_author(NULL));
@@ -629,8 +631,8 @@ static void run_calibrate_step(struct day *day)
     if (day->facts.calibration_due)
         printf("%s\n", day->facts.failed_checks);
     snprintf(file, sizeof file, "%s-calibrated.cfg", day->r.db);
-    while (day_ask("channel to calibrate (d1 to d8, t1 to t14; Enter: no more): ", channel,
-                   sizeof channel) &&
+    while (day_ask("channel to calibrate (d1 to d8, t1 to t14; Enter: no further channel): ",
+                   channel, sizeof channel) &&
            channel[0]) {
         struct command_line line = day_make_command_line("calibrate", channel);
         remove(file);
@@ -653,10 +655,10 @@ static void run_advise_step(struct day *day)
     struct command_line line;
     char speed[40], deceleration[40];
     make_step_command_line(day, DAY_ADVISE, &line);
-    if (!day_ask("planned speed at touchdown (35ft/s; Enter: the last landing's): ", speed,
-                 sizeof speed) ||
-        !day_ask("planned mean deceleration (4.5ft/s2; Enter: the last landing's): ", deceleration,
-                 sizeof deceleration))
+    if (!day_ask("planned speed at touchdown (such as 35ft/s; Enter: as in the last landing): ",
+                 speed, sizeof speed) ||
+        !day_ask("planned mean deceleration (such as 4.5ft/s2; Enter: as in the last landing): ",
+                 deceleration, sizeof deceleration))
         return;
     day_add_option(&line, "--speed", speed);
     day_add_option(&line, "--deceleration", deceleration);
@@ -671,8 +673,8 @@ static void run_land_step(struct day *day)
     if (day->facts.is_logging)
         printf("%s\n", day->plan.reason[DAY_LAND]);
     else
-        printf("run this in another terminal; there, type arm to arm the board, and Ctrl-C to "
-               "end:\n$ %s --commands\n",
+        printf("run the following command in another terminal; type arm there to arm the board, "
+               "and press Ctrl-C there to end the log:\n$ %s --commands\n",
                text);
     free(text);
 }
@@ -789,7 +791,8 @@ static int day_command(int argc, char **argv, const struct cli *cli)
     command_parse(&command_day, argc, argv, cli, &day.r, &day.r.db, fatal);
     setvbuf(stdin, NULL, _IONBF, 0);
     if (!cli->json && !confirm_new_campaign(day.r.db))
-        error_set(fatal, MR_USAGE, "no campaign: %s; nothing was created", day.r.db);
+        error_set(fatal, MR_USAGE, "the campaign %s does not exist, and none was created",
+                  day.r.db);
     day.store = program_open_campaign(day.r.db, cli->json ? STORE_READ : STORE_CREATE);
     if (day.r.serial)
         ask_link(&day, day.r.serial, LINK_SERIAL, day.facts.serial);
@@ -807,8 +810,8 @@ static const struct command_part parts[] = {
     HELP_NOTE(
         "Steps: look (inspect the mat), series, calibrate, survey, load (send the survey to the "
         "board), advise, ready, land. The Enter key runs the next step; 1 to 8 run the step of "
-        "that number; s skips the next step until after the landing; r writes the report; q "
-        "quits. The log runs in a separate terminal; the checklist shows its command."),
+        "that number; s skips the next step until after the landing; r writes the report; q quits. "
+        "The log runs in a separate terminal, with the command that the checklist shows."),
     OPTION_TEXT(
         "--serial", "LINK", serial,
         "the board's serial port; default: that of the last log, otherwise the program asks"),

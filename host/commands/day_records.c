@@ -34,7 +34,7 @@ static bool ask_record(const char *db, int64_t run, const struct inspection_kind
         char *question = xasprintf("%s: %s%s%s (Enter: %s%s): ", kind->description,
                                    field->description, *unit ? ", " : "", unit,
                                    was[0] ? was
-                                   : ends ? "none, or no more"
+                                   : ends ? "no further entry"
                                           : "no answer",
                                    was[0] ? ", -: no value" : "");
         while (goes_on) {

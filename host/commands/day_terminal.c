@@ -25,7 +25,7 @@ bool day_ask(const char *question, char *line, size_t size)
         for (int c = 0; !whole && c != '\n' && c != EOF;)
             c = getchar();
         if (!whole)
-            printf("too long: at most %zu characters\n", size - 2);
+            printf("input too long: give at most %zu characters\n", size - 2);
     } while (!whole);
     size_t from = strspn(line, " \t\r\n"), length = strlen(line);
     while (length > from && strchr(" \t\r\n", line[length - 1]))

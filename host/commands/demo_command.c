@@ -42,8 +42,7 @@ static const struct command_part parts[] = {
                      "./matrig-demo. An existing campaign is not overwritten (exit 2)"),
     OPTION_TEXT("--elf", "F", elf, "firmware image; default: the one installed with matrig"),
     HELP_NOTE("Plays a test day with synthetic landings on matrig-board: two landings, a survey, "
-              "and advice, which is against the plan of the next landing. That landing is then "
-              "played three "
+              "and advice against the plan of the next landing. That landing is then played three "
               "times: as planned, as advised, and with hard braking from touchdown."),
     HELP_EXAMPLE("matrig demo first"),
 };

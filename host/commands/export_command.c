@@ -52,7 +52,7 @@ static void write_csv_provenance(const struct measured_landing *measured, bool s
     fputs("# validity: one character per channel in the order of the columns: ", out);
     for (unsigned validity = MR_VALID; validity < MR_VALIDITY_COUNT; validity++)
         fprintf(out, "%u %s, ", validity, mr_validity_text(validity));
-    fputs("n: not valid, L: block lost; an empty cell is a missing value\n", out);
+    fputs("n: reading not valid, L: block lost; an empty cell is a missing value\n", out);
     fputs("# source: one character per channel: S serial, B black box, C CAN (each value is a mean "
           "over 2 blocks for displacements, 4 for tensions, and is repeated), - none\n",
           out);
@@ -153,8 +153,8 @@ static void write_film_csv(const struct measured_landing *measured, const struct
         get_emulated_note(landing), film->rate_hz, (long long)film->missing_frame_count);
     fprintf(out, "# t_s: seconds since %s; board_s: since the board's scans began\n",
             measured_origin_text(measured));
-    fputs("# gear: lead wheel of the main bogie, from the switches (speed: from the fit); errors "
-          "are standard errors; an empty cell is an unknown value\n",
+    fputs("# gear: position of the main bogie's lead wheel, from the switches (speed: from the "
+          "fit); errors are standard errors; an empty cell is an unknown value\n",
           out);
     fprintf(out, "frame,pulse,board_s,t_s,gear_%s,gear_error_%s,speed_%s,speed_error_%s\n",
             station->suffix, station->suffix, speed->suffix, speed->suffix);
@@ -179,9 +179,8 @@ static void export_film(struct store *store, int64_t run, FILE *out, const struc
     film_load(store, &measured, &film, fatal);
     if (film.frame_count == 0)
         error_set(fatal, MR_USAGE,
-                  "no film: RUN %lld of %s has no frame pulses; configure the board with "
-                  "site.camera 1 and wire the "
-                  "camera to PE2 and PB3",
+                  "no film: RUN %lld of %s has no frame pulses; set site.camera to 1 in the "
+                  "board's configuration and wire the camera to PE2 and PB3",
                   (long long)run, store_path(store));
     *rows = (long)film.frame_count;
     write_film_csv(&measured, &film, cli->si, out);
@@ -259,7 +258,7 @@ static void check_operands(const struct request *r, bool dbc, const char *const 
         error_set(fatal, MR_USAGE, "unexpected argument: '%s'; --format dbc takes no landing",
                   words[0]);
     if (!dbc && r->base)
-        error_set(fatal, MR_USAGE, "--base is only for --format dbc; leave --base out");
+        error_set(fatal, MR_USAGE, "--base works only with --format dbc; leave --base out");
     if (!dbc && !words[1])
         error_set(fatal, MR_USAGE,
                   "argument missing: export needs DB RUN; see matrig export --help");
@@ -306,11 +305,11 @@ static int export_command(int argc, char **argv, const struct cli *cli)
 #define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of a landing"),
-    HELP_ITEM("--format dbc", "the CAN messages as a Vector DBC file, without DB RUN"),
+    HELP_ITEM("--format dbc", "the CAN messages as a Vector DBC file (give no DB RUN)"),
     HELP_ITEM("--format csv", "time, gear position, displacements and tensions at 1 kHz"),
     HELP_ITEM("--format candump",
-              "the CAN frames as candump -L writes them, with times of day from the board's clock; "
-              "if no time of day is known, board time plus 1000000000 s (a date in 2001)"),
+              "the CAN frames in the format of candump -L, with times of day from the board's "
+              "clock; if unknown: board time plus 1000000000 s (a date in 2001)"),
     HELP_ITEM("--format frames",
               "one row per frame of the camera: time, position of the gear and its error"),
     HELP_ITEM("--format mdf4",

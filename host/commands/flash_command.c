@@ -166,11 +166,11 @@ static enum mr_status stm32flash_read_chip(const struct session *to, unsigned *c
             return error->status;
     }
     copy_last_line(output, why);
-    return error_set(error, MR_TIMEOUT,
-                     "the boot ROM does not answer (stm32flash: %s): %s; connect to USART1 and "
-                     "start the board with BOOT0 high; after an interrupted attempt, power-cycle "
-                     "first",
-                     why, to->spec);
+    return error_set(
+        error, MR_TIMEOUT,
+        "the boot ROM does not answer (stm32flash: %s): %s; connect to USART1 and start the board "
+        "with BOOT0 high; after an interrupted attempt, power-cycle the board first",
+        why, to->spec);
 }
 
 static enum mr_status write_part(const struct session *to, const char *folder,
@@ -189,11 +189,11 @@ static enum mr_status write_part(const struct session *to, const char *folder,
     if (run_program(to, words, part->name, output, error) != MR_LIMIT)
         return error->status;
     copy_last_line(output, why);
-    return error_set(
-        error, MR_IO,
-        "stm32flash failed at the %s, %s: %s (%s); power-cycle the board and run the command "
-        "again. stm32flash -u lifts write protection, -k read protection (it erases everything)",
-        part->name, at, to->spec, why);
+    return error_set(error, MR_IO,
+                     "stm32flash failed at the %s, %s: %s (%s); power-cycle the board and run the "
+                     "command again. stm32flash -u removes write protection; stm32flash -k removes "
+                     "read protection and erases everything",
+                     part->name, at, to->spec, why);
 }
 
 /* Finds the part of the image between offsets `from` and `to`. Returns false if the image has no
@@ -242,8 +242,8 @@ static void enter_boot_rom(struct session *session)
     enum mr_status answer = (enum mr_status)ack.status;
     if (answer == MR_NOT_NOW)
         error_set(fatal, MR_NOT_NOW,
-                  "the board does not interrupt a landing (it is %s): %s; wait for the end of the "
-                  "landing or disarm the board",
+                  "the board cannot restart during a landing (state: %s): %s; wait for the end of "
+                  "the landing or disarm the board",
                   mr_landing_state_text(session->dialogue->identity.hello.state), session->spec);
     if (answer == MR_WAIT)
         error_set(fatal, MR_WAIT,
@@ -251,8 +251,8 @@ static void enter_boot_rom(struct session *session)
                   session->spec);
     if (answer == MR_UNKNOWN)
         error_set(fatal, MR_UNKNOWN,
-                  "the boot ROM of this board cannot be reached on this serial link: %s; program "
-                  "the board through its ST-LINK (docs/howto/flash.md)",
+                  "the boot ROM of this board does not use this serial link: %s; program the board "
+                  "through its ST-LINK (docs/howto/flash.md)",
                   session->spec);
     if (answer != MR_OK)
         error_set(fatal, answer,
@@ -319,8 +319,8 @@ static void compare_images(struct session *session)
     char why[200];
     if (!wait_for_firmware(session, HELLO_AFTER_RESET_TIMEOUT_S))
         error_set(fatal, MR_TIMEOUT,
-                  "flashed and read back, but the board does not send a hello: %s; set BOOT0 low "
-                  "and reset the board",
+                  "the image is flashed and verified, but the board does not send a hello: %s; set "
+                  "BOOT0 low and reset the board",
                   session->spec);
     session->is_firmware_running = identity_is_running(&session->dialogue->identity,
                                                        &session->image.header, why, sizeof why);
@@ -354,8 +354,8 @@ static enum mr_status program_chip(struct session *session, const char *tty, str
     enum mr_status status = stm32flash_read_chip(session, &chip, error);
     if (status == MR_OK && chip != session->chip)
         status = error_set(error, MR_VERSION,
-                           "wrong chip: the chip id is 0x%03x, the image is for 0x%03x: %s; check "
-                           "that the image is for this board",
+                           "wrong chip: the board has chip id 0x%03x, but the image is for chip id "
+                           "0x%03x: %s; check that the image is for this board",
                            chip, session->chip, session->spec);
     if (status == MR_OK)
         status = stm32flash_program(session, error);
@@ -396,7 +396,7 @@ static void add_result(const struct session *session, bool already, struct answe
     answer_add_flag(answer, "already", NULL, already);
     answer_add_flag(answer, "runs", NULL, session->is_firmware_running || already);
     answer_add_text(answer, NULL, "board", "%s",
-                    already ? "already runs this image; --force flashes it again"
+                    already ? "already runs this image; --force flashes the image again"
                     : session->is_firmware_running ? "runs it"
                                                    : "started");
 }
@@ -448,7 +448,8 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
     imagefile_read(words[1], &session.image, fatal);
     if (!session.image.has_header && !session.force)
         error_set(fatal, MR_UNKNOWN,
-                  "image without the matrig header: %s; to flash it anyway, use --force", words[1]);
+                  "the image has no matrig header: %s; to flash this image anyway, use --force",
+                  words[1]);
     session.chip = session.image.has_header ? find_chip(&session.image)
                                             : mr_board_by_number(MR_BOARD_ZG)->chip;
     int exit_code = run_flash(&session);
@@ -459,7 +460,7 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
 #define OPTION_VALUES struct session
 static const struct command_part parts[] = {
     HELP_ITEM("LINK", "the board's serial port: serial:TTY, or pty:PATH of an emulated board. A "
-                      "baud rate in LINK is that of the firmware, not of the boot ROM"),
+                      "baud rate in LINK applies to the firmware, not to the boot ROM"),
     HELP_ITEM("IMAGE", "firmware image, .elf or .bin"),
     OPTION_INTEGER("--baud", "N", baud, BAUD_MIN, BAUD_MAX, ROM_BAUD,
                    "baud rate of the boot ROM, {low} to {high}; default: {standard}, the highest "
@@ -467,12 +468,12 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--force", force,
                 "flash even if the board already runs this image or is of a different type, or the "
                 "image has no header"),
-    HELP_NOTE("If the board sends a hello within 2.5 s, matrig restarts it into its boot ROM. An "
-              "armed board refuses this until the landing is over. If no hello arrives, "
-              "restart the board with BOOT0 high. stm32flash programs the chip and reads every "
-              "byte back; the configuration is kept. If the cable was pulled, switch the board off "
-              "and on, then repeat the command: a board with an incomplete image starts its boot "
-              "ROM. Exit 1 when the board does not run the image afterwards."),
+    HELP_NOTE("If the board sends a hello within 2.5 s, the command restarts the board into its "
+              "boot ROM. An armed board refuses the restart until the landing has ended. If no "
+              "hello is received, restart the board with BOOT0 high. stm32flash programs the chip "
+              "and verifies every byte; the configuration is kept. If the cable was pulled, "
+              "power-cycle the board and repeat the command: a board with an incomplete image "
+              "starts its boot ROM. Exit 1 when the board does not run the image afterwards."),
     HELP_EXAMPLE("matrig flash serial:/dev/ttyUSB0 build/firmware/matrig.elf"),
 };
 

@@ -55,14 +55,14 @@ static enum mr_status add_result(struct store *store, const struct import_reques
         ->suffix = " frames, left out";
     answer_add_count(answer, "foreign", result->counts.foreign ? "foreign" : NULL,
                      result->counts.foreign)
-        ->suffix = " frames of other devices, kept as raw frames";
+        ->suffix = " frames of other devices, stored as raw frames";
     if (result->counts.foreign && result->run_count == 0)
-        answer_add_sentence(
-            answer, NULL,
-            "no landing of a board at base 0x%03x found; to read a different board, use --base B",
-            request->can_base);
+        answer_add_sentence(answer, NULL,
+                            "the log has no landing of a board at base 0x%03x; to read a different "
+                            "board, use --base B",
+                            request->can_base);
     answer_add_count(answer, "lost", result->counts.lost ? "lost" : NULL, result->counts.lost)
-        ->suffix = " frames, according to the counts of the board";
+        ->suffix = " frames lost, according to the counters of the board";
     summary_format_link_errors(result->link_fault_count, troubles, sizeof troubles);
     answer_add_json(answer, "troubles", summary_link_errors_to_json(result->link_fault_count));
     if (troubles[0])
@@ -81,10 +81,10 @@ static enum mr_status refuse_repeated_import(struct store *store, const struct s
     int64_t session = 0;
     enum mr_status status = store_import_find(store, row, request->can_base, &session, error);
     if (status == MR_OK && session && !again)
-        status = error_set(
-            error, MR_USAGE,
-            "already imported, as session %lld of %s: %s; to import it again, use --again",
-            (long long)session, store_path(store), request->path);
+        status = error_set(error, MR_USAGE,
+                           "session %lld of %s already contains this file: %s; to import the file "
+                           "again, use --again",
+                           (long long)session, store_path(store), request->path);
     return status;
 }
 
@@ -152,18 +152,18 @@ static enum mr_status describe_import(const struct textfile *file,
                                   : "candump");
     if (request->template_run && !mapping->json_text)
         return error_set(error, MR_USAGE,
-                         "--like is only for readings of other instruments: %s is a log of a "
+                         "--like works only with readings of other instruments: %s is a log of a "
                          "matrig board; leave --like out",
                          request->path);
     if (request->can_base && (csv || map))
         return error_set(error, MR_USAGE,
-                         "--base is only for logs of a matrig board: %s is from another "
+                         "--base works only with logs of a matrig board: %s is from a different "
                          "instrument; leave --base out",
                          request->path);
     if (request->interface && csv)
         return error_set(
             error, MR_USAGE,
-            "--interface is only for candump logs: %s is a table; leave --interface out",
+            "--interface works only with candump logs: %s is a table; leave --interface out",
             request->path);
     return MR_OK;
 }
@@ -225,8 +225,8 @@ static int import_command(int argc, char **argv, const struct cli *cli)
 #define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database; created if missing"),
-    HELP_ITEM("FILE", "a candump -L log of a matrig board, imported as if logged live; with --map, "
-                      "a file of a different instrument"),
+    HELP_ITEM("FILE", "a candump -L log of a matrig board, imported like a live log; with --map, a "
+                      "file of a different instrument"),
     OPTION_TEXT(
         "--map", "M.json", map,
         "import a table of a different instrument (CSV), or its frames in a candump log, as a "
@@ -252,10 +252,10 @@ static const struct command_part parts[] = {
         "edge"),
     OPTION_TEXT("--base", "B", base, "CAN base of the board, such as 0x190; default: 0"),
     OPTION_TEXT("--interface", "I", readings.interface,
-                "bus to read from a log of several buses, such as can1"),
+                "bus to read if the log contains several buses, such as can1"),
     OPTION_FLAG("--again", again, "import a file that was already imported"),
-    HELP_NOTE("The output reports a file as complete, truncated or malformed (line and column, "
-              "exit 4); the valid part is imported."),
+    HELP_NOTE("The output states whether the file is complete, truncated or malformed (with line "
+              "and column; exit 4). The valid part is imported."),
     HELP_EXAMPLE("matrig import campaign.db candump-2026-05-04.log\n"
                  "         matrig import campaign.db lvdt.csv --map lvdt.json --like 5"),
 };

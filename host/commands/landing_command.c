@@ -87,8 +87,8 @@ static void begin_series(const struct request *r, struct store *store)
     struct store_series *rows = NULL;
     size_t count = 0;
     if (!r->series[0] || strlen(r->series) >= sizeof series.name)
-        error_set(fatal, MR_USAGE, "not a name: '%s'; give 1 to %zu characters", r->series,
-                  sizeof series.name - 1);
+        error_set(fatal, MR_USAGE, "not a name for a series: '%s'; give 1 to %zu characters",
+                  r->series, sizeof series.name - 1);
     annotation_copy(series.name, sizeof series.name, r->series);
     annotation_copy(series.who, sizeof series.who, annotation_author(r->who));
     annotation_copy(series.runway, sizeof series.runway, r->runway);
@@ -120,7 +120,8 @@ static void withdraw_series(const struct request *r, struct store *store)
         error_set(fatal, MR_UNKNOWN, "no series '%s': %s; matrig landing DB lists them",
                   r->withdraw_series, r->words[0]);
     if (strlen(r->reason) >= sizeof row.reason)
-        error_set(fatal, MR_TOO_LONG, "text too long: the reason; give at most %d characters",
+        error_set(fatal, MR_TOO_LONG,
+                  "the text of --reason is too long; give at most %d characters",
                   STORE_JOURNAL_TEXT_SIZE - 1);
     annotation_copy(row.name, sizeof row.name, r->withdraw_series);
     annotation_copy(row.who, sizeof row.who, annotation_author(r->who));
@@ -353,11 +354,11 @@ static void check_request(struct request *r)
                   "matrig landing --help");
     if (r->series && (r->run || acts > (r->note != NULL)))
         error_set(fatal, MR_USAGE,
-                  "--series begins a new series and takes no RUN or action: matrig landing DB "
+                  "--series begins a new series, without a RUN or an action: matrig landing DB "
                   "--series NAME; see matrig landing --help");
     if (r->withdraw_series && (r->series || r->run || acts))
         error_set(fatal, MR_USAGE,
-                  "--withdraw-series takes no RUN or other action: matrig landing DB "
+                  "--withdraw-series works without a RUN or another action: matrig landing DB "
                   "--withdraw-series NAME --reason T");
     if (r->series)
         return;
@@ -371,7 +372,7 @@ static void check_request(struct request *r)
     if ((r->make_void || r->unvoid || r->correct || r->withdraw || r->withdraw_series) &&
         !(r->reason && r->reason[0]))
         error_set(fatal, MR_USAGE,
-                  "no reason: to correct, withdraw, void or unvoid, give --reason TEXT");
+                  "no reason: --correct, --withdraw, --void and --unvoid need --reason TEXT");
     if (r->note && !r->note[0])
         error_set(fatal, MR_USAGE, "the text of --note is empty; give a text");
     if (details && !r->observe)
@@ -411,7 +412,7 @@ static int landing_command(int argc, char **argv, const struct cli *cli)
 #define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB [RUN]",
-              "campaign database and landing; without RUN, all landings are listed. Nothing is "
+              "campaign database and landing; without RUN, all landings are listed. No data is "
               "deleted: author, time, old value and reason of a change are kept and shown"),
     OPTION_TEXT("--note", "T", note, "add a note"),
     OPTION_TEXT("--correct", "F=V", correct,
@@ -419,7 +420,7 @@ static const struct command_part parts[] = {
                 "modification, runway or series; needs --reason"),
     OPTION_FLAG("--void", make_void,
                 "exclude the landing from report and compare, unless they run with --void. "
-                "--unvoid includes it again. Both need --reason"),
+                "--unvoid includes the landing again. Both need --reason"),
     OPTION_CHOICE("--observe", "K", observe, "observation", "wave|break|other",
                   "record a wave, break or other observation, with --station FT, --panels N, "
                   "--height IN, --side left|right|centre|across, --form T (two-panel, end "

@@ -150,7 +150,7 @@ static void open_live_view(struct live_view *view, const char *db, const char *p
         .db = db,
         .uses_si = view->cli->si,
         .no_commands_reason =
-            "arm and disarm on the page of the matrig log that uses the links (--live)"};
+            "to arm and disarm, use the page of the running log (matrig log --live)"};
     store_follow_begin(view->store, FRAMES_AT_START_MAX, &view->position, fatal);
     live_hub_open(&view->source, &view->hub, fatal);
     if (view->cli->json)

@@ -40,7 +40,7 @@ static void check_clock(struct logger *logger)
         return;
     cli_note(logger->cli,
              "the clock of this computer was changed by %+.3f s: times of day before and after the "
-             "change differ by that",
+             "change differ by this amount",
              (double)jump_us / 1e6);
     /* Queue the change on both links, after the data received earlier. Only one of the two entries
      * has the size of the jump. */
@@ -97,11 +97,13 @@ static enum mr_status wait_for_input(struct logger *logger, int signals, uint64_
     polled[POLL_QUEUE_EVENT] = (struct pollfd){.fd = held ? -1 : logger->event_fd,
                                                .events = POLLIN};
     if (poll(polled, POLL_COUNT, wait_ms) < 0 && errno != EINTR)
-        return error_set(error, MR_IO, "cannot wait for data from the links (%s); try again",
+        return error_set(error, MR_IO,
+                         "cannot wait for data from the links (%s); start matrig log again",
                          strerror(errno));
     if (polled[POLL_QUEUE_EVENT].revents & POLLIN &&
         read(logger->event_fd, &counted, sizeof counted) < 0 && errno != EAGAIN)
-        return error_set(error, MR_IO, "cannot wait for data from the links (%s); try again",
+        return error_set(error, MR_IO,
+                         "cannot wait for data from the links (%s); start matrig log again",
                          strerror(errno));
     for (unsigned link = 0; link < LINK_KINDS; link++)
         ready[link] = ready[link] || (polled[link].fd >= 0 && polled[link].revents) ||
@@ -255,20 +257,21 @@ static enum mr_status run_session(struct logger *logger, int signals, double dur
     if (late.status != MR_OK)
         status = error_set(error, late.status, "%s", late.text);
     if (status == MR_OK && logger->file_problem_text[0])
-        status = logger->saved_path[0]
-                   ? error_set(error, MR_IO, "%s; the data logged%s%s is in %s",
-                               logger->file_problem_text,
-                               logger->data_missing_until[0] ? " since " : "",
-                               logger->data_missing_until, logger->saved_path)
-                   : error_set(error, MR_IO,
-                               "%s; the data could not be saved in the same folder either",
-                               logger->file_problem_text);
+        status =
+            logger->saved_path[0]
+                ? error_set(error, MR_IO, "%s; the data logged%s%s is in %s",
+                            logger->file_problem_text,
+                            logger->data_missing_until[0] ? " since " : "",
+                            logger->data_missing_until, logger->saved_path)
+                : error_set(error, MR_IO,
+                            "%s; the data could not be saved in the folder of the campaign either",
+                            logger->file_problem_text);
     if (status == MR_OK && logger->link_error.status != MR_OK)
         status = error_set(error, logger->link_error.status, "%s", logger->link_error.text);
     if (status == MR_OK)
         status = logger_check_received(logger, error);
     if (status == MR_OK && logger->shown_landing_count == 0)
-        cli_note(logger->cli, "no landing was armed; the received data is in %s",
+        cli_note(logger->cli, "no landing was armed; %s contains the received data",
                  store_path(logger->store));
     return status;
 }
@@ -411,7 +414,9 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     typed_commands_begin(&logger.typed, r.commands, r.listen);
     enum mr_status status = open_all(&logger, signals, r.can, r.serial, r.db, r.live, &error);
     if (status == MR_OK && logger.typed.is_enabled && logger.typed.is_terminal)
-        cli_note(cli, "to arm, press Enter and type arm [N]; to disarm, type disarm");
+        cli_note(
+            cli,
+            "to arm the board, press Enter and type arm [N]; to disarm the board, type disarm");
     if (status == MR_OK)
         status = run_session(&logger, signals, r.duration_s, &error);
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);
@@ -434,12 +439,13 @@ static const struct command_part parts[] = {
                 "the board's serial port; give --can, --serial or both"),
     OPTION_TEXT("--db", "DB", db, "campaign database; created if missing"),
     OPTION_NUMBER("--for", "S", duration_s, "s", 0.001, 1e7, (double)INFINITY,
-                  "stop after S seconds; default: when the links end, or on Ctrl-C"),
+                  "end the log after S seconds; default: end when the links end, or on Ctrl-C"),
     OPTION_TEXT("--live", "PORT", live,
-                "live page in a browser on this computer, which can also arm and disarm"),
-    OPTION_FLAG("--listen", listen, "send nothing: do not ask the board for its configuration"),
+                "show a live page in a browser on this computer; the page can also arm and disarm"),
+    OPTION_FLAG("--listen", listen,
+                "send nothing to the board, not even the request for its configuration"),
     OPTION_FLAG("--commands", commands,
-                "accept arm [N] and disarm, one per line, on standard input even if it is not a "
+                "accept arm [N] and disarm, one per line, also if standard input is not a "
                 "terminal. After arm, the next line must be yes"),
     OPTION_FLAG("--all", all, "print the full summary of each landing; default: its main lines"),
     OPTION_TEXT("--page", "F.html", page, "write the report F after each landing"),

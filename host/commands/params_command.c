@@ -62,8 +62,9 @@ static struct parameter *add_parameter(struct reader *r, const char *key, const 
             error_set(fatal, MR_MALFORMED, "two tests give %s: %s: %s, %s; leave one out", key,
                       r->path, r->parameters[i].source, from);
     if (!isfinite(estimate.value) || !isfinite(estimate.error))
-        error_set(fatal, MR_NUMERICS, "result out of range: %s: %s (%s); check the readings",
-                  r->path, key, from);
+        error_set(fatal, MR_NUMERICS,
+                  "the readings give no finite result: %s: %s (%s); check the readings", r->path,
+                  key, from);
     else
         r->count++;
     return found;
@@ -108,7 +109,7 @@ static void read_push(const struct params_request *request, struct reader *r,
     if (request->mats == 0)
         error_set(fatal, MR_USAGE,
                   "number of mats unknown: %s does not state how many mats the load presses; give "
-                  "--mats 1 or --mats 2 (k is the value of one mat)",
+                  "--mats 1 or --mats 2 (k is the stiffness of one mat)",
                   request->push_path);
     push_readings_load(request->push_path, &push->readings, fatal);
     push->setting = (struct push_setting){
@@ -144,14 +145,15 @@ static void plot_rigid_law(struct plot *plot, const struct push_series *series,
     }
     if (known)
         top_lb = fabs(fit->slide_force_lb);
-    plot_add_series(plot, &(struct plot_series){
-                              .kind = PLOT_LINE,
-                              .key = known ? "Coulomb, rigid, up to its limit" : "Coulomb, rigid",
-                              .colour = 5,
-                              .is_dashed = true,
-                              .x = (double[]){fit->dial_zero_in, fit->dial_zero_in, right_in},
-                              .y = (double[]){0.0, top_lb, top_lb},
-                              .count = known ? 3 : 2});
+    plot_add_series(
+        plot, &(struct plot_series){.kind = PLOT_LINE,
+                                    .key = known ? "rigid up to the limit of Coulomb friction"
+                                                 : "Coulomb, rigid",
+                                    .colour = 5,
+                                    .is_dashed = true,
+                                    .x = (double[]){fit->dial_zero_in, fit->dial_zero_in, right_in},
+                                    .y = (double[]){0.0, top_lb, top_lb},
+                                    .count = known ? 3 : 2});
 }
 
 static void plot_push(const struct params_request *request, const struct push_tests *push)
@@ -248,8 +250,8 @@ static size_t read_pairs(struct reader *r, const char *x_name, double factor, co
     }
     if (!good || count == 0)
         error_set(fatal, MR_MALFORMED,
-                  "readings do not form pairs: %s: %s has %zu and %zu; give %s and %s as lists of "
-                  "equal length, at most %d numbers",
+                  "readings do not form pairs: %s: %s has lists of %zu and %zu values; give %s and "
+                  "%s as lists of equal length with at most %d numbers",
                   r->path, r->test, count, json_array_size(lists[1]), x_name, y_name, READINGS_MAX);
     return count;
 }
@@ -264,13 +266,13 @@ static struct params_spring_fit read_spring(struct reader *r, const char *x_name
     params_fit_spring(x, y, count, &spring, fatal);
     if (spring.free_travel_readings)
         error_set(fatal, MR_MALFORMED,
-                  "readings within the free travel: %s: %s: %zu of %zu are below the start of the "
-                  "fitted line; leave out readings with free movement",
+                  "readings within the free travel: %s: %s: %zu of %zu readings are below the "
+                  "start of the fitted line; leave out readings with free movement",
                   r->path, r->test, spring.free_travel_readings, count);
     else if (!spring.is_known)
         error_set(fatal, MR_TOO_FEW,
-                  "no stiffness: %s: %s: %zu readings with a scatter of %.2g %s about their line "
-                  "do not rise; check the signs, and add readings beyond the free travel",
+                  "no stiffness: %s: %s: %zu readings with a scatter of %.2g %s about the fitted "
+                  "line do not rise; check the signs, and add readings beyond the free travel",
                   r->path, r->test, count, spring.scatter, y_unit);
     return spring;
 }
@@ -281,7 +283,7 @@ static void read_inertia(struct reader *r)
                     spacing = read_estimate(r, "spacing_ft"), cord = read_estimate(r, "cord_ft"),
                     period = read_estimate(r, "period_s");
     add_parameter(r, "W", "lb", "weighing", weight);
-    add_parameter(r, "I", "slug ft2", "period on two cords",
+    add_parameter(r, "I", "slug ft2", "period of oscillation on two cords",
                   params_compute_inertia(weight, spacing, cord, period));
 }
 
@@ -321,8 +323,8 @@ static void read_hinge(struct reader *r)
                            spring.free_travel.error / RAD_PER_DEG};
     if (tad.value < -3.0 * tad.error)
         error_set(fatal, MR_MALFORMED,
-                  "moment without rotation: %s: hinge: the fitted line reaches zero moment at %.3g "
-                  "+- %.2g degrees; check the zeros of angle and moment",
+                  "moment without rotation: %s: hinge: the fitted line has zero moment at %.3g +- "
+                  "%.2g degrees; check the zeros of angle and moment",
                   r->path, tad.value, tad.error);
     /* errors of the measurement can make a small value negative */
     tad.value = fmax(0.0, tad.value);
@@ -439,8 +441,8 @@ static void read_test(struct reader *r, const char *name, const json_t *readings
         test = strcmp(tests[i].name, name) == 0 ? &tests[i] : test;
     if (!test || !json_is_object(readings))
         error_set(fatal, MR_MALFORMED,
-                  "unknown test: %s: \"%s\"; tests are objects: inertia, tension, hinge, pull, "
-                  "deflection, plate, subgrade",
+                  "unknown test: %s: \"%s\"; give objects named inertia, tension, hinge, pull, "
+                  "deflection, plate or subgrade",
                   r->path, name);
     json_object_foreach((json_t *)(uintptr_t)readings, key, value)
     {
@@ -495,8 +497,7 @@ static json_t *make_scene(const struct reader *r)
             snprintf(text, sizeof text, "from %s, standard error %.2g %s", p->source,
                      p->estimate.error, p->unit);
         else
-            snprintf(text, sizeof text,
-                     "from %s, standard error unknown: these readings do not determine it",
+            snprintf(text, sizeof text, "from %s; the readings do not determine the standard error",
                      p->source);
         json_object_set_new(scene, p->key,
                             p->profile ? p->profile : cli_json_number(p->estimate.value, 6));
@@ -549,12 +550,12 @@ static struct answer *make_answer(const struct reader *r, json_t *scene,
 static void check_outputs(const struct params_request *r, const char *path)
 {
     if ((r->plot_path || r->mats > 0) && !r->push_path)
-        error_set(fatal, MR_USAGE, "%s without a push test: add --push F.csv, or leave it out",
+        error_set(fatal, MR_USAGE,
+                  "%s without a push test: add --push F.csv, or leave the option out",
                   r->plot_path ? "--plot" : "--mats");
     if (!path && !r->push_path)
         error_set(fatal, MR_USAGE,
-                  "nothing to read: give READINGS, --push F.csv or both; see matrig params "
-                  "--help");
+                  "no readings: give READINGS, --push F.csv or both; see matrig params --help");
     output_check(r->output_path, path, fatal);
     output_check_new(r->output_path, r->force, fatal);
     output_check_not_input(r->output_path, r->push_path, fatal);

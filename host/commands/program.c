@@ -42,7 +42,7 @@ bool program_is_new_campaign(const char *db)
     if (access(db, F_OK) == 0)
         return false;
     if (!cli_confirm("%s does not exist. Begin a new campaign?", db))
-        error_set(fatal, MR_USAGE, "no campaign: %s; nothing was created", db);
+        error_set(fatal, MR_USAGE, "the campaign %s does not exist, and none was created", db);
     return true;
 }
 

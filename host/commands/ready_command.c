@@ -187,7 +187,7 @@ static void print_response(const struct walk_session *w, enum walk_item_kind kin
     if (w->request->cli->quiet || w->request->cli->json)
         return;
     if (kind == WALK_SWITCH && a->number >= 1 && a->number <= MR_CONFIG_SWITCHES)
-        printf("switch %u (%.1f ft): step of %.1f codes, configured %u\n", a->number,
+        printf("switch %u (%.1f ft): step of %.1f codes, configured step %u\n", a->number,
                (double)w->walk.config->gate[a->number - 1].station_ft, a->step_codes,
                w->walk.config->gate[a->number - 1].step_codes);
     else if (kind == WALK_SWITCH)
@@ -316,7 +316,7 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
         imagefile_read(request.image, &image, fatal);
     if (request.image && !image.has_header)
         error_set(fatal, MR_UNKNOWN,
-                  "image without the matrig header: %s; give an image built by matrig",
+                  "the image has no matrig header: %s; give an image built by matrig",
                   request.image);
     facts->image = request.image ? &image.header : NULL;
     facts->image_path = request.image;
@@ -334,11 +334,11 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
 
 #define OPTION_VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB", "campaign database; created if missing. The result is stored with the landings "
-                    "of the next 12 h"),
+    HELP_ITEM("DB", "campaign database; created if missing. The result belongs to the landings of "
+                    "the next 12 h"),
     OPTION_TEXT("--serial", "LINK", serial,
-                "the board's serial port (see matrig log --help); the board must be in the "
-                "state idle or done"),
+                "the board's serial port (see matrig log --help); the state of the board must be "
+                "idle or done"),
     OPTION_TEXT("--can", "LINK", can, "also listen on the board's CAN bus"),
     OPTION_TEXT("--image", "FILE", image,
                 "expected firmware of the board (.elf or .bin); default: that of the campaign's "
@@ -346,16 +346,15 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--expect-config", "CRC|FILE", expected,
                 "expected configuration of the board; its revision may differ; default: that of "
                 "the campaign's last landing"),
-    HELP_NOTE("Takes at most 20 s. Checks image, configuration, calibrations, readings at rest, "
-              "black box, faults, links and database. Runs the shunt calibration and the "
-              "self-test, which lights the warning lamp for 0.2 s. Exit 1: no-go."),
+    HELP_NOTE("Checks image, configuration, calibrations, readings at rest, black box, faults, "
+              "links and database in at most 20 s. Runs the shunt calibration and the self-test, "
+              "which lights the warning lamp for 0.2 s. Exit 1: no-go."),
     OPTION_FLAG(
         "--walk", walk,
-        "walk test: you trip each switch, push each transducer and pull each gage, in order. "
-        "Nothing is recorded. The test ends when all have responded, after 600 s, or on "
-        "Ctrl-C. Exit 1 when a sensor does not respond, or a different one responds. If "
-        "none of the switches (or transducers, or gages) responds, they are reported as "
-        "not tested"),
+        "walk test: you trip each switch, push each transducer and pull each gage, in order. No "
+        "landing is recorded. The test ends when all sensors have responded, after 600 s, or on "
+        "Ctrl-C. Exit 1 when a sensor does not respond, or a different one responds. If none of "
+        "the switches (or transducers, or gages) responds, they are reported as not tested"),
     HELP_EXAMPLE("matrig ready campaign.db --serial serial:/dev/ttyUSB0 --can can:can0"),
 };
 

@@ -171,16 +171,17 @@ static void add_replay(const struct replay *replay, struct answer *answer)
     answer_add_text(answer, "image", NULL, "%08x", replayed);
     answer_add_text(answer, "recorded_image", NULL, "%08x", recorded);
     if (replay->is_same_image)
-        answer_add_text(answer, NULL, "image", "%08x, the image that recorded the landing",
+        answer_add_text(answer, NULL, "image", "CRC %08x, the image that recorded the landing",
                         replayed);
     else
-        answer_add_text(answer, NULL, "image", "%08x (firmware %s); recorded by %08x (firmware %s)",
-                        replayed, replay->replayed.landing.firmware, recorded,
-                        replay->recorded.landing.firmware);
+        answer_add_text(
+            answer, NULL, "image",
+            "CRC %08x (firmware %s); the landing was recorded by CRC %08x (firmware %s)", replayed,
+            replay->replayed.landing.firmware, recorded, replay->recorded.landing.firmware);
     if (replay->recorded.landing.config_crc != replay->replayed.landing.config_crc)
         answer_add_text(answer, NULL, "configuration",
-                        "%08x recorded, %08x replayed: the database does not contain the recorded "
-                        "configuration",
+                        "recorded with CRC %08x, replayed with CRC %08x: the database does not "
+                        "contain the recorded configuration",
                         (unsigned)replay->recorded.landing.config_crc,
                         (unsigned)replay->replayed.landing.config_crc);
     answer_add_count(answer, "zeros", input->measured_zero_count ? "zeros" : NULL,
@@ -189,16 +190,16 @@ static void add_replay(const struct replay *replay, struct answer *answer)
     answer_add_flag(answer, "runway", NULL, input->has_runway);
     answer_add_text(answer, NULL, "runway", "%s",
                     input->has_runway
-                        ? "the runway with which the landing was armed was loaded for the replay"
-                        : "not recorded completely: the replay starts with an unmeasured "
+                        ? "the runway at the arming of the landing was loaded for the replay"
+                        : "the recorded runway is incomplete: the replay starts with an unmeasured "
                           "runway, so warnings may differ");
     answer_add_count(answer, "shift_blocks", NULL, input->shift_blocks);
     if (input->shift_blocks)
-        answer_add_text(
-            answer, NULL, "moved",
-            "by %lld s: block %lld of the record corresponds to block %lld of the replay",
-            (long long)(-input->shift_blocks / 1000), (long long)input->armed_block,
-            (long long)(input->armed_block - input->shift_blocks));
+        answer_add_text(answer, NULL, "moved",
+                        "times differ by %lld s: block %lld of the record corresponds to block "
+                        "%lld of the replay",
+                        (long long)(-input->shift_blocks / 1000), (long long)input->armed_block,
+                        (long long)(input->armed_block - input->shift_blocks));
     diff_to_answer(&replay->diff, answer);
 }
 
@@ -251,7 +252,7 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--exact", is_exact_required,
                 "require equal fields even when a different image recorded the landing; default: "
                 "tolerances, which the output lists"),
-    HELP_NOTE("Exit 1 when anything differs."),
+    HELP_NOTE("Exit 1 when a field differs."),
     HELP_EXAMPLE("matrig replay landing5.db"),
 };
 

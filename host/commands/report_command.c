@@ -60,10 +60,10 @@ static int report_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database"),
     OPTION_TEXT("-o", "F.html", path, "file to write; default: the campaign's name with .html"),
-    OPTION_RUN("--run", "RUN", run, "limit the report to this landing"),
+    OPTION_RUN("--run", "RUN", run, "report only this landing"),
     OPTION_FLAG("--void", include_voided, "include voided landings (matrig landing)"),
-    HELP_NOTE("Print the page in the browser, or save it there as PDF. The first page names the "
-              "command that adds each missing entry (date, place, operator, ...)."),
+    HELP_NOTE("Print the page, or save it as PDF, in the browser. The first page names the command "
+              "that adds each missing entry (date, place, operator, ...)."),
     HELP_EXAMPLE("matrig report campaign.db -o report.html"),
 };
 
@@ -71,7 +71,7 @@ const struct command command_report = {
     "report",
     report_command,
     "DB [-o F.html] [--run RUN] [--void]",
-    "write the campaign as one page, with plots",
+    "write the report of the campaign as one web page, with plots",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},
 };

@@ -180,7 +180,7 @@ static int scale_values(const struct request *request, const struct cli *cli)
         read_value(request->words[i], &values[i]);
         for (size_t k = 0; k < i; k++) {
             if (values[k].quantity == values[i].quantity)
-                error_set(fatal, MR_USAGE, "given twice: %s; leave one out",
+                error_set(fatal, MR_USAGE, "%s is given twice; leave one out",
                           values[i].quantity->name);
         }
         values[i].to = values[i].from * find_factor(request, values[i].quantity->unit);
@@ -368,13 +368,12 @@ static json_t *scale_json(const struct request *request, const json_t *source, b
     }
     json_t *other = scale_object(request, whole);
     if (is_study)
-        json_object_set_new(
-            other, "_scaled",
-            json_sprintf(
-                "Converted to %s scale by matrig scale: n %g, %s kept. Texts (name, observed) are "
-                "unchanged.",
-                request->to_model ? "model" : "prototype", request->length_scale,
-                request->keeps_modulus ? "modulus" : "density"));
+        json_object_set_new(other, "_scaled",
+                            json_sprintf("Converted to %s scale by matrig scale with n = %g, %s "
+                                         "kept. Texts (name, observed) are unchanged.",
+                                         request->to_model ? "model" : "prototype",
+                                         request->length_scale,
+                                         request->keeps_modulus ? "modulus" : "density"));
     json_decref(whole);
     return other;
 }
@@ -408,7 +407,7 @@ static int scale_command(int argc, char **argv, const struct cli *cli)
     read_request(argc, argv, cli, &request);
     bool file = request.count == 1 && !strchr(request.words[0], '=');
     if (request.output_path && request.count > 0 && !file)
-        error_set(fatal, MR_USAGE, "nothing to write: -o %s is only for a scene; leave it out",
+        error_set(fatal, MR_USAGE, "-o %s works only with a scene; leave -o out",
                   request.output_path);
     output_check(request.output_path, file ? request.words[0] : NULL, fatal);
     output_check_new(request.output_path, request.force, fatal);
@@ -420,10 +419,10 @@ static int scale_command(int argc, char **argv, const struct cli *cli)
 #define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("NAME=VALUE",
-              "a quantity, by name or symbol; without any argument, all ratios are listed"),
+              "a quantity, given by name or symbol; without any argument, all ratios are listed"),
     HELP_ITEM(
         "SCENE",
-        "scene file, JSON: every key is scaled. Defaults that depend on the scale are written out"),
+        "scene file, JSON: every key is scaled. Defaults that depend on the scale are included"),
     HELP_ITEM("STUDY",
               "study file, JSON: runway, aircraft, landings, modifications and scene are scaled"),
     OPTION_CHOICE("--to", "SIDE", to, "side", "model|prototype",

@@ -274,10 +274,10 @@ static void add_result(struct store *store, size_t landings, struct answer *answ
         return;
     if (landings > RECORDS_MAX) {
         answer_add_missing_value(answer, "record", NULL, NULL);
-        answer_add_sentence(
-            answer, NULL,
-            "more than %d landings: see matrig report for the outcomes of their warnings",
-            RECORDS_MAX);
+        answer_add_sentence(answer, NULL,
+                            "the outcomes of the warnings are not shown for more than %d landings; "
+                            "see matrig report",
+                            RECORDS_MAX);
         return;
     }
     outcome_record_load(store, &record, fatal);
@@ -349,9 +349,9 @@ static const struct command_part parts[] = {
     HELP_ITEM(
         "DB",
         "campaign database. Without RUN, one row per landing: time of arming, series, touchdown "
-        "speed, stop station (+- one standard error), zone warned of (with --json warning_start_ft "
+        "speed, stop station (+- one standard error), zone warned of (in --json: warning_start_ft "
         "and warning_end_ft), frames lost, observations. Landings that the campaign contains twice "
-        "are marked. The last lines count zones reached, correct warnings and false ones"),
+        "are marked. The last lines count zones reached, correct warnings and false warnings"),
     HELP_ITEM("RUN", "print the summary of landing RUN again, with later notes and observations"),
     HELP_EXAMPLE("matrig show campaign.db; matrig show campaign.db 5"),
 };

@@ -27,9 +27,8 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct re
 {
     command_parse(&command_sim, argc, argv, cli, request, &request->scene_path, fatal);
     if (request->keys && argc > 2)
-        error_set(
-            fatal, MR_USAGE,
-            "unexpected argument: --keys lists the keys of every scene; give no SCENE with it");
+        error_set(fatal, MR_USAGE,
+                  "unexpected argument: --keys lists the keys of every scene; leave SCENE out");
     if (!request->keys && !request->scene_path)
         error_set(fatal, MR_USAGE,
                   "argument missing: matrig sim needs SCENE; see matrig sim --help");
@@ -167,10 +166,11 @@ static const struct command_part parts[] = {
         "SCENE",
         "scene file, JSON; a number may be text with a unit: \"ground_damping\": \"175 N s/m\""),
     OPTION_FLAG("--keys", keys, "list the keys of a scene with default, unit and meaning"),
-    OPTION_TEXT("--solver", "S", options.solver,
-                "solver; default: auto, which chooses one and states the reason. Planar models: "
-                "event, implicit, cvode, rk4, rkgs, hamming, moreau. Chain: event, staggered. Each "
-                "solver computes the result twice, and the difference gives the error estimate"),
+    OPTION_TEXT(
+        "--solver", "S", options.solver,
+        "solver; default: auto, which chooses a solver and states the reason. Planar models: "
+        "event, implicit, cvode, rk4, rkgs, hamming, moreau. Chain: event, staggered. Each solver "
+        "computes the result twice, and the difference gives the error estimate"),
     OPTION_NUMBER("--rtol", "R", options.rtol, NULL, 1e-13, 1.0, 0.0,
                   "tolerance of the solver; for model chain, the largest error estimate allowed, "
                   "as a share of the largest movement"),

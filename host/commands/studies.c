@@ -67,7 +67,8 @@ int study_exec(int argc, char **argv, const struct cli *cli)
     if (!study_find_program(matrig, getenv("PATH"), path, sizeof path)) {
         free(words);
         snprintf(why, sizeof why,
-                 "not found next to %s, in ../libexec/matrig from there, or on PATH", matrig);
+                 "not found next to %s, in ../libexec/matrig relative to that folder, or on PATH",
+                 matrig);
         return print_start_error(argv[0], why);
     }
     words[count++] = STUDY_PROGRAM;
@@ -113,8 +114,9 @@ static const struct command_part study_parts[] = {
     HELP_ITEM(
         "FILE",
         "study file, JSON (host/landing_series/README.md): runway, landings, modifications, seeds"),
-    OPTION_INTEGER("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
-                   "number of seeds, from the first seed of the file on; default: as in the file"),
+    OPTION_INTEGER(
+        "--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
+        "number of seeds, starting with the first seed of the file; default: number in the file"),
     OPTION_CHOICE("--ground", "G", ground, "ground", "weightless|elastic",
                   "weightless: the gear exerts thrust only. elastic: axle lines have weight, and "
                   "the ground deflects (key elastic); default: as in the file"),
@@ -130,7 +132,7 @@ const struct command command_study = {
     "study",
     study_exec,
     "FILE [--seeds N] [--ground weightless|elastic] [--plot F]",
-    "simulate a series of landings on an ensemble of runways, to find when each buckles",
+    "simulate a series of landings on an ensemble of runways, to find when each runway buckles",
     COMMAND_PARTS(study_parts),
     {1, 1, "FILE"},
 };
@@ -142,7 +144,7 @@ const struct command command_study = {
 static const struct command_part sweep_parts[] = {
     HELP_ITEM("FILE",
               "sweep file, JSON (host/sweep/README.md): base scene or study file, inputs to vary, "
-              "outputs. Without an option, the cases are listed, one line of JSON each"),
+              "outputs. Without an option, the cases are listed, each as a line of JSON"),
     OPTION_TEXT("--cases", "N..M", cases,
                 "run cases N to M in turn; N..: case N to the last; N: only case N. Each result is "
                 "a line of JSON. For parallel runs see docs/howto/sweep-on-a-cluster.md"),
@@ -172,7 +174,7 @@ const struct command command_sweep = {
 #define OPTION_VALUES struct fit_request
 static const struct command_part fit_parts[] = {
     HELP_ITEM("DB [RUN...]", "campaign database and landings; default: all landings with known "
-                             "motion. Exit 1 when the model cannot describe the data"),
+                             "motion. Exit 1 when the model does not fit the data"),
     OPTION_TEXT(
         "--scene", "S", scene,
         "scene file with the runway (model chain) and the prior values; default: the model runway"),

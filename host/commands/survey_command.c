@@ -196,16 +196,14 @@ static void add_worst_bow(const struct survey_results *found, struct answer *ans
     if (!found->first_survey)
         answer_add_sentence(answer, NULL, "first survey: later surveys are compared with this one");
     else if (isnan(worst))
-        answer_add_sentence(
-            answer, NULL,
-            "in-plane bow: unknown; it needs readings on lines 1 and 4, and on 2 or 3");
+        answer_add_sentence(answer, NULL,
+                            "in-plane bow: unknown; read lines 1 and 4, and line 2 or 3");
     else
-        answer_add_sentence(
-            answer, NULL,
-            "in-plane bow since survey %lld: largest %+.3f +- %.3f %s, at %.1f %s: %s "
-            "the limit of %.3f %s",
-            (long long)found->first_survey, worst, error, length->text, at, station->text, verdict,
-            limit, length->text);
+        answer_add_sentence(answer, NULL,
+                            "largest in-plane bow since survey %lld: %+.3f +- %.3f %s, at %.1f %s: "
+                            "%s the limit of %.3f %s",
+                            (long long)found->first_survey, worst, error, length->text, at,
+                            station->text, verdict, limit, length->text);
     if (!found->previous_survey)
         return;
     answer_open_group(answer, "worst_bow", NULL);
@@ -322,8 +320,8 @@ static void report_outcome(const struct entry_session *session, enum survey_entr
     if (outcome == SURVEY_OUTCOME_DOUBTFUL) {
         double away_in = entry->value_in - survey_progress_expected_in(progress, item);
         fprintf(stderr,
-                "%s  %.3f %s is %+.3f from %s; at most %.3f is expected. Type the same value again "
-                "to keep it, or type a new reading.\n",
+                "%s  %.3f %s differs by %+.3f from %s; at most %.3f is expected. Type the same "
+                "value again to confirm it, or type a new reading.\n",
                 cli_is_stderr_terminal() ? "\a" : "", convert_for_display(r, entry->value_in),
                 unit->text, convert_for_display(r, away_in),
                 isnan(progress->previous_in[item]) ? "the design distance" : "the last reading",
@@ -451,12 +449,12 @@ static void read_sheet(struct entry_session *session)
         } else if (outcome == SURVEY_OUTCOME_DOUBTFUL) {
             char text[120];
             survey_item_format(&progress->plan.item[i], request->cli->si, text, sizeof text);
-            cli_note(request->cli, "reading not accepted, %+.3f %s away from %s: %s",
-                     convert_for_display(request,
-                                         entry.value_in - survey_progress_expected_in(progress, i)),
-                     unit_get(UNIT_DISPLACEMENT, request->cli->si)->text,
-                     isnan(progress->previous_in[i]) ? "the design distance" : "the last reading",
-                     text);
+            cli_note(
+                request->cli, "reading not accepted, because it differs by %+.3f %s from %s: %s",
+                convert_for_display(request,
+                                    entry.value_in - survey_progress_expected_in(progress, i)),
+                unit_get(UNIT_DISPLACEMENT, request->cli->si)->text,
+                isnan(progress->previous_in[i]) ? "the design distance" : "the last reading", text);
             doubted++;
             continue;
         }
@@ -497,8 +495,8 @@ static void refuse_identical_sheet(const struct request *request, struct store *
     }
     if (same == read && read >= EQUAL_READINGS_MIN)
         error_set(fatal, MR_LIMIT,
-                  "all %zu readings equal those of survey %lld: %s; give the sheet of the new "
-                  "survey, or accept all readings with --doubtful",
+                  "all %zu readings are equal to those of survey %lld: %s; give the sheet of the "
+                  "new survey, or accept all readings with --doubtful",
                   read, (long long)newest.row.id, request->from);
 }
 
@@ -651,7 +649,7 @@ static void send_command(struct board_load *l, unsigned code, unsigned segment, 
                                                 .argument = argument,
                                                 .answer_timeout_s = ANSWER_TIMEOUT_S,
                                                 .tries_max = TRIES_MAX},
-                     "a landing is armed or in progress; disarm it, or wait", fatal);
+                     "a landing is armed or in progress; disarm the board, or wait", fatal);
 }
 
 static void read_stored_slacks(struct board_load *l)
@@ -692,7 +690,7 @@ static void load_board(const struct request *request, struct store *store,
     *loaded = (struct load_result){.sent_segment_count = 0};
     if (found->slack.surveyed_segment_count == 0)
         error_set(fatal, MR_TOO_FEW,
-                  "no gage line was read: survey %lld of %s; read a gage line first",
+                  "survey %lld of %s has no reading of a gage line; read a gage line first",
                   (long long)survey->row.id, request->db);
     loading.dialogue = dialogue_open_for_command(can ? request->load : NULL,
                                                  can ? NULL : request->load);
@@ -809,8 +807,8 @@ static void check_request(struct request *r)
                 (r->withdraw != 0);
     if (modes > 1)
         error_set(fatal, MR_USAGE,
-                  "more than one of --show, --sheet, --load, --from, --end, --withdraw: matrig "
-                  "survey; give only one");
+                  "matrig survey accepts only one of --show, --sheet, --load, --from, --end and "
+                  "--withdraw; leave the others out");
     if (r->number && !r->show && !r->load && !r->sheet)
         error_set(fatal, MR_USAGE,
                   "--survey needs --show, --sheet or --load; see matrig survey --help");
@@ -849,21 +847,20 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--new", starts_new_survey,
                 "start a new survey even if the last one is unfinished"),
     OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 32.5, 34.5, SURVEY_POINT_SPACING_IN,
-                     "distance between gage points with all ten joints closed; a reading exceeds "
-                     "it by the opening of the\n"
-                     "joints; default: {standard}"),
+                     "distance between gage points with all ten joints closed; a reading is this "
+                     "distance plus the opening\nof the joints; default: {standard}"),
     OPTION_NUMBER_SI("--error", "IN", error_in, "in", "mm", 1e-4, 0.2, SURVEY_READING_ERROR_IN,
                      "standard error of a reading; default: {standard}"),
     OPTION_TEXT("--from", "CSV", from,
                 "read a sheet. Readings that need confirmation are refused (exit 1) unless "
                 "--doubtful is given"),
     OPTION_TEXT("--sheet", "F.csv", sheet,
-                "write a sheet to fill in to F (- is standard output): all readings in walking "
-                "order, with the previous values"),
+                "write an empty sheet to F (- is standard output): all readings in walking order, "
+                "with the previous values"),
     OPTION_FLAG("--end", end, "end an incomplete survey"),
     OPTION_INTEGER("--withdraw", "N", withdraw, 1.0, 1e9, 0.0,
                    "withdraw survey N, which is kept but no longer used; needs --reason. matrig "
-                   "landing DB lists it"),
+                   "landing DB lists withdrawn surveys"),
     OPTION_FLAG("--show", show,
                 "show opening and closing per ten mats, movement and in-plane bow of survey N "
                 "(default: the newest)"),
@@ -871,10 +868,9 @@ static const struct command_part parts[] = {
                 "send the openings to the board and read them back, over serial or CAN (a can: "
                 "link, or --can). Exit 1 when the board reports different values"),
     OPTION_FORCE(force),
-    HELP_NOTE(
-        "A gap reading that differs from the previous survey by more than 0.36 in (the play of ten "
-        "joints), or a station reading by more than 1 in, must be entered twice. The first survey "
-        "is compared with nominal values."),
+    HELP_NOTE("If a gap reading differs from the previous survey by more than 0.36 in (the play of "
+              "ten joints), or a station reading by more than 1 in, it must be entered twice. The "
+              "first survey is compared with nominal values."),
     HELP_EXAMPLE("matrig survey campaign.db; matrig survey campaign.db --load serial:/dev/ttyUSB0"),
     OPTION_TEXT("--note", "T", note, NULL),
     OPTION_INTEGER("--survey", "N", number, 1.0, 1e9, 0.0, NULL),

@@ -159,7 +159,8 @@ static bool make_budget(const struct request *r, const struct budget_input *s, u
 
 static void add_certificate(struct answer *answer, const struct channel_budget *one)
 {
-    char text[CERTIFICATES_TEXT_SIZE] = "none: its uncertainty is not included";
+    char text[CERTIFICATES_TEXT_SIZE] =
+        "no certificate: the budget does not include its uncertainty";
     enum certificate_state state = CERTIFICATE_VALID;
     if (one->certificate) {
         state = certificates_check_state(one->certificate, &one->channel, (int64_t)time(NULL));
@@ -229,11 +230,11 @@ static void add_budget(struct answer *answer, const struct channel_budget *one)
 
 static void add_legend(struct answer *answer)
 {
-    answer_add_sentence(
-        answer, NULL,
-        "The stated error is the standard error given with every reading: the repeatability of the "
-        "calibration. Combined is the root sum square of all rows, with certificate, position and "
-        "temperature; expanded is k times combined, a 95 %% interval.");
+    answer_add_sentence(answer, NULL,
+                        "The stated error is the standard error given with every reading: the "
+                        "repeatability of the calibration. The combined uncertainty is the root "
+                        "sum square of all rows, with certificate, position and temperature. The "
+                        "expanded uncertainty is k times the combined one (95 %% interval).");
 }
 
 /* Adds the rows and sums of a budget. Text shows only the sums. */
@@ -336,14 +337,14 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--at", "V", at_text,
                 "reading at which the budget is computed, in inches or pounds, or with a unit "
                 "(5mm, 300N)"),
-    OPTION_NUMBER(
-        "--kelvin", "K", kelvin, "K", 0.0, 60.0, 10.0,
-        "largest difference from the temperature of the calibration; default: {standard}"),
+    OPTION_NUMBER("--kelvin", "K", kelvin, "K", 0.0, 60.0, 10.0,
+                  "largest deviation from the temperature of the calibration; default: {standard}"),
     OPTION_NUMBER(
         "--hours", "H", hours, "h", 0.0, 1000.0, 1.0,
         "with --config: time from zeroing of the gages to the reading; default: {standard}"),
-    HELP_NOTE("The budget adds the effects of certificate, position and temperature to the stated "
-              "error of each reading. x, u(x) and c are in inches and pounds, even with --si."),
+    HELP_NOTE(
+        "The budget adds the effects of certificate, position and temperature to the stated error "
+        "of each reading. The columns x, u(x) and c are in inches and pounds, even with --si."),
     HELP_EXAMPLE("matrig uncertainty campaign.db d3"),
 };
 

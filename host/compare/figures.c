@@ -521,7 +521,7 @@ static bool is_channel_usable(const struct measured_landing *measured,
                  find_most_frequent_reason(measured, channel));
     else if (out->valid_share < COMPARE_MIN_VALID_SHARE)
         snprintf(out->reason_or_remark, sizeof out->reason_or_remark,
-                 "only %.0f %% of the readings are valid; at least half must be: %s",
+                 "only %.0f %% of the readings are valid, but at least half must be valid: %s",
                  100.0 * out->valid_share, find_most_frequent_reason(measured, channel));
     else
         return true;
@@ -655,7 +655,7 @@ void compare_write_agreement(const struct compare_agreement *a, bool si,
     char measured[UNIT_TEXT_SIZE], simulated[UNIT_TEXT_SIZE];
     if (!a->channel) {
         snprintf(out, COMPARE_AGREEMENT_SIZE,
-                 "No peak, end or arrival of RUN %" PRId64 " could be compared with %s", a->run,
+                 "RUN %" PRId64 " has no peak, end or arrival that can be compared with %s", a->run,
                  a->model_file);
         return;
     }

@@ -40,8 +40,8 @@ static enum mr_status set_path(const struct measured_landing *measured, struct s
     double last_s = stop_s - 0.001; /* the thrust ends at most 1 ms before the stop */
     if (!(last_s > 0.0 && last_s < PATH_MAX_S))
         return error_set(error, MR_TOO_FEW,
-                         "the stop is %g s after touchdown: RUN %lld; check the switches", stop_s,
-                         (long long)measured->landing.id);
+                         "impossible stop %g s after touchdown: RUN %lld; check the switches",
+                         stop_s, (long long)measured->landing.id);
     size_t steps = (size_t)ceil(last_s / COMPARE_PATH_STEP_S);
     struct sim_path_row *rows = xcalloc(steps + 2, sizeof *rows);
     for (size_t i = 0; i <= steps; i++) {
@@ -113,7 +113,7 @@ static enum mr_status check_scale(const struct sim_scene *scene, const char *whe
         return MR_OK;
     return error_set(
         error, MR_USAGE,
-        "different scale: %s has %d mats of %.4g ft (runway %.4g ft), the rig has %.0f mats of "
+        "different scale: %s has %d mats of %.4g ft (runway %.4g ft), but the rig has %.0f mats of "
         "%.4g ft (runway %.4g ft); convert a prototype file with matrig scale FILE --to model",
         where, scene->mats, scene->length_ft, runway_ft, rig_ft / (double)MR_MAT_LENGTH_FT,
         (double)MR_MAT_LENGTH_FT, rig_ft);
@@ -256,11 +256,10 @@ static enum mr_status make_scene(const struct compare_model *model, size_t index
         none.slack_in[s] = MR_NAN;
     none.surveyed_segment_count = 0;
     if (model->is_ensemble && index >= c->landing_count)
-        return error_set(
-            error, MR_USAGE,
-            "no such landing: %s has %zu landings, but this one is number %zu of the series; "
-            "add it to that file, or name the series",
-            model->name, c->landing_count, index + 1);
+        return error_set(error, MR_USAGE,
+                         "%s describes only %zu landings, but the landing to compare is number %zu "
+                         "of its series; add this landing to the file, or give --series NAME",
+                         model->name, c->landing_count, index + 1);
     *scene = model->is_ensemble ? c->landings[index].scene : model->scene;
     scene->gap0_ft = scene->grit_lb = scene->ground_ft = (struct sim_list){0};
     scene->path = NULL;
@@ -506,10 +505,10 @@ static enum mr_status simulate_landing(struct compare_model *model, size_t index
     if (error->status == MR_OK)
         end_s = fmin(end_s, (double)(simulated.row_count - 1) * simulated.dt_s);
     if (error->status == MR_OK && !(end_s > 0.0))
-        error_set(
-            error, MR_TOO_FEW,
-            "nothing to compare: RUN %lld; the landing and the simulation do not overlap in time",
-            (long long)measured->landing.id);
+        error_set(error, MR_TOO_FEW,
+                  "the landing and the simulation do not overlap in time: RUN %lld; choose a "
+                  "different landing or scene",
+                  (long long)measured->landing.id);
     size_t length = error->status == MR_OK ? (size_t)floor(end_s / simulated.dt_s) + 1 : 0;
     for (size_t k = 0; k < count && error->status == MR_OK; k++)
         set_simulation_row(&simulated, k, channels[k], length, &landing->row[landing->row_count++]);

@@ -53,14 +53,14 @@ enum mr_status compare_limits_load(struct compare_limits *limits, const char *fi
             continue;
         if (json_is_object(value))
             refuse_limit(error, file, path, "not a limit",
-                         "a path and a number: \"channels.*.rms_in\": 0.05");
+                         "give a path and a number: \"channels.*.rms_in\": 0.05");
         else if (!quantity_read_json(value, quantity_unit_from_name(path), &number, &no_number))
             refuse_limit(error, file, path, no_number.what, no_number.advice);
         else if (!isfinite(number) || (number < 0.0 && !is_lower_limit(path)))
             refuse_limit(error, file, path, "not a limit", "a number, 0 or more");
         else if (strlen(path) >= PATH_MAX_LENGTH)
             refuse_limit(error, file, path, "no such path",
-                         "a path in the JSON output of matrig compare");
+                         "give a path in the JSON output of matrig compare");
         else
             compare_limits_add(limits, path, number);
     }
@@ -213,7 +213,7 @@ void compare_limits_check(const struct compare_limits *limits, bool of_series, c
             char text[300];
             snprintf(
                 text, sizeof text,
-                "%s is not in the result of %s; matrig --json compare shows the possible paths",
+                "the result has no value %s: %s; matrig --json compare shows the possible paths",
                 path, where);
             verdict->checked_limit_count++;
             count_failed_limit(&check, (double)NAN, text);

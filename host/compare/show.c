@@ -201,10 +201,10 @@ void compare_to_answer(const struct compare_figures *figures, const struct compa
         ->suffix = ", estimated by the solver";
     answer_add_count(answer, "seeds", NULL, figures->seed_count);
     if (figures->seed_count > 1)
-        answer_add_text(
-            answer, NULL, "runways",
-            "%lld: simulated values are means over these runways; the errors include the spread",
-            (long long)figures->seed_count);
+        answer_add_text(answer, NULL, "runways",
+                        "%lld simulated; simulated values are means over these runways, and the "
+                        "errors include the spread",
+                        (long long)figures->seed_count);
     answer_add_text(answer, NULL, "surveyed", "%zu of %u segments", figures->surveyed_segment_count,
                     MR_SEGMENTS);
     answer_add_count(answer, "surveyed", NULL, (int64_t)figures->surveyed_segment_count);
@@ -245,7 +245,7 @@ void compare_add_summary(const struct compare_figures *figures,
                         rest->simulated_overlap.common_mats, rest->simulated_overlap.all_mats);
     else
         answer_add_text(answer, NULL, "zone at rest", "not known");
-    answer_add_text(answer, NULL, "more", "--all lists each transducer and zone");
+    answer_add_text(answer, NULL, "more", "give --all to list each transducer and zone");
     add_verdict(verdict, answer);
 }
 

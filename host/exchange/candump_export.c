@@ -58,11 +58,11 @@ static void note_time_problems(const struct candump_export *export, bool known,
                   : "the board's clock was not tracked");
     if (export->can_base)
         cli_note(cli,
-                 "the identifiers include base 0x%03x; to import this file, use matrig import "
+                 "the identifiers include base 0x%03x; to import the file, use matrig import "
                  "--base 0x%03x",
                  export->can_base, export->can_base);
     if (export->frames_without_time)
-        cli_note(cli, "%ld frames from before the board's first clock message are left out",
+        cli_note(cli, "%ld frames received before the board's first clock message are left out",
                  export->frames_without_time);
     if (export->frames_out_of_range)
         cli_note(cli, "%ld frames with an impossible time are left out",

@@ -92,12 +92,13 @@ static enum mr_status compute_time_base(struct landing_import *w,
 {
     double edge_s = find_edge_time_s(channel);
     if (!w->request->template_run)
-        return error_set(error, MR_USAGE,
-                         "align needs the switches of a landing: %s; give --like RUN",
-                         w->request->path);
+        return error_set(
+            error, MR_USAGE,
+            "the mapping uses align without the switches of a landing: %s; give --like RUN",
+            w->request->path);
     if (isnan(edge_s))
         return error_set(error, MR_MALFORMED,
-                         "cannot align: '%s' never crosses %g in %s; see align in the mapping",
+                         "cannot align: '%s' never crosses %g in %s; correct align in the mapping",
                          channel->column_name, channel->threshold, w->request->path);
     for (size_t e = 0; e < w->edge_count; e++) {
         if (w->edge[e].position != channel->number || isnan(w->edge[e].board_us))
@@ -124,7 +125,7 @@ static enum mr_status compute_blocks(struct landing_import *w, struct error *err
     }
     if (!(first_s <= last_s))
         return error_set(error, MR_MALFORMED,
-                         "no reading of d1 to d8 or t1 to t14: %s; see channels in the mapping",
+                         "no reading of d1 to d8 or t1 to t14: %s; correct channels in the mapping",
                          w->request->path);
     if ((last_s - first_s) * 1e6 / BLOCK_US >= LANDING_BLOCKS_MAX)
         return error_set(error, MR_MALFORMED,
@@ -143,16 +144,16 @@ static enum mr_status compute_blocks(struct landing_import *w, struct error *err
            to = floor((w->base_us + 1e6 * last_s) / BLOCK_US);
     if (!(to <= BLOCK_INDEX_MAX))
         return error_set(error, MR_USAGE,
-                         "the record ends at board time %.3g s: %s; board time is at most %.0f s: "
-                         "see unit, shift_s and align in the mapping",
+                         "the record ends at board time %.3g s: %s; board time is at most %.0f s, "
+                         "so correct unit, shift_s or align in the mapping",
                          1e-3 * to, w->request->path, 1e-3 * BLOCK_INDEX_MAX);
     if (to < 0.0)
         return error_set(error, MR_USAGE,
-                         "the record ends %.3f s before the start of board time: %s; see shift_s "
-                         "and align in the mapping",
+                         "the record ends %.3f s before the start of board time: %s; correct "
+                         "shift_s or align in the mapping",
                          -1e-6 * (w->base_us + 1e6 * last_s), w->request->path);
     if (from < 0.0) {
-        cli_note(w->request->cli, "%.3f s before the start of board time are left out",
+        cli_note(w->request->cli, "readings before the start of board time are left out (%.3f s)",
                  -1e-3 * from);
         from = 0.0;
     }
@@ -308,8 +309,8 @@ static enum mr_status put_channels(struct landing_import *w, struct error *error
     }
     if (unknown)
         cli_note(w->request->cli,
-                 "the mapping states no error for %u channels: their standard errors include only "
-                 "noise; see error in the mapping",
+                 "the mapping states no error for %u channels, so their standard errors include "
+                 "only noise; add error to the mapping",
                  unknown);
     free(reading);
     return status;
@@ -324,7 +325,8 @@ static enum mr_status put_switch(struct landing_import *w, unsigned position, do
         place.station_ft = SWITCH_FIRST_FT + SWITCH_SPACING_FT * (position - 1);
     double edge_us = w->base_us + 1e6 * edge_s;
     if (!isnan(edge_s) && !(edge_us >= 0.0 && edge_us < BLOCK_INDEX_MAX * BLOCK_US))
-        cli_note(w->request->cli, "the edge of switch %u is outside board time and is left out",
+        cli_note(w->request->cli,
+                 "the edge of switch %u is left out, because its time is outside board time",
                  position);
     else if (!isnan(edge_s) && w->found_edge_count < SWITCHES_MAX)
         w->found_edges[w->found_edge_count++] = (struct found_edge){edge_us, position};

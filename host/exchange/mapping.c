@@ -188,7 +188,7 @@ static void read_time(const struct mapping_reader *r, json_t *time, struct mappi
     if (!m->reads_signals)
         read_column(r, "time", column, m->time_column, &m->time_column_index);
     else if (column)
-        refuse_value(r, "time", "column", "the log contains the times: leave this key out");
+        refuse_value(r, "time", "column", "leave this key out, because the log contains the times");
     m->time_unit_s = *unit ? quantity_convert(1.0, unit, "s") : (double)NAN;
     if (isnan(m->time_unit_s))
         refuse_value(r, "time", "unit", "give s, ms, us or min");
@@ -213,15 +213,15 @@ static void check_channel(const struct mapping_reader *r, const char *where,
     const struct mapping_channel *c = &m->channel[m->channel_count - 1];
     for (size_t i = 0; i + 1 < m->channel_count; i++) {
         if (m->channel[i].role == c->role && m->channel[i].number == c->number)
-            refuse_value(r, where, "channel", "this channel is given twice");
+            refuse_value(r, where, "channel", "give this channel only once");
     }
     if (c->scale == 0.0)
         refuse_value(r, where, "scale",
-                     "a scale of 0 makes all readings 0: give a different scale");
+                     "give a different scale, because a scale of 0 makes all readings 0");
     if (c->standard_error < 0.0)
-        refuse_value(r, where, "error", "a standard error must be 0 or more");
+        refuse_value(r, where, "error", "give a standard error of 0 or more");
     if (m->reads_signals && !signal_fits_frame(&c->signal, 8))
-        refuse_value(r, where, "bits", "start_bit and bits must lie within 8 bytes");
+        refuse_value(r, where, "bits", "give start_bit and bits within 8 bytes");
     if ((c->role == MAPPING_ALIGN || c->role == MAPPING_SWITCH) && isnan(c->threshold))
         refuse_value(r, where, "threshold", "give the value that the signal crosses at the edge");
 }

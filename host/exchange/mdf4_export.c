@@ -414,13 +414,13 @@ static void describe_readings(struct export_context *place,
     const struct mdf4_add_channel before[READING_FIXED_COLUMNS] = {
         {.name = "time",
          .unit = "s",
-         .comment = "middle of the 1 ms block",
+         .comment = "time at the middle of the 1 ms block",
          .type = MDF4_REAL,
          .is_time_channel = true},
         {.name = since, .unit = "s", .type = MDF4_REAL},
         {.name = "gear_station",
          .unit = unit_get(UNIT_STATION, si)->text,
-         .comment = "lead wheel of the main bogie, from the fit",
+         .comment = "speed of the main bogie's lead wheel, from the fit",
          .type = MDF4_REAL,
          .invalid_bit = 3},
         {.name = "gear_speed",
@@ -569,7 +569,7 @@ static void describe_frames(struct mdf4 *file, enum frame_kind kind, uint64_t db
                  {"DataBytes", 16, 8, 1}};
     static const char *const comments[FRAME_KIND_COUNT] = {
         "frames of the board's CAN bus as received",
-        "remote frames of the board's CAN bus, which request DLC bytes and carry none",
+        "remote frames of the board's CAN bus; each requests DLC bytes and contains no data",
         "errors of the board's CAN bus, as reported by the adapter"};
     const char *name = frame_kind_names[kind];
     mdf4_begin_table(file, name, comments[kind], FRAME_ROW_BYTES, 0, 1);
@@ -662,7 +662,7 @@ static void begin_file(struct mdf4 *file, const struct summary *summary, int64_t
                         ? timemap_refusal_text((unsigned)summary->clock.refusal)
                         : "the board's clock was not tracked";
     if (!start)
-        cli_note(cli, "time of day unknown: the file begins in 1970; %s", why);
+        cli_note(cli, "the time of day is unknown, so the file begins in 1970; %s", why);
     snprintf(version, sizeof version, "database version %d", STORE_VERSION);
     snprintf(
         comment, sizeof comment,

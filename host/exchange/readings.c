@@ -72,10 +72,11 @@ bool candump_log_next(struct candump_log *log, const struct textfile *file, cons
  * rows. */
 static const char *check_time(double time_s, double last_s)
 {
-    return !(fabs(time_s) <= TIME_MAX_S)     ? "impossible time"
-         : time_s <= last_s                  ? "the time does not increase"
-         : time_s - last_s > TIME_STEP_MAX_S ? "the time jumps by more than a minute"
-                                             : NULL;
+    return !(fabs(time_s) <= TIME_MAX_S) ? "impossible time"
+         : time_s <= last_s              ? "the time is not later than in the row before"
+         : time_s - last_s > TIME_STEP_MAX_S
+             ? "the time is more than a minute later than in the row before"
+             : NULL;
 }
 
 /* ---- a table ---- */
@@ -189,8 +190,8 @@ static enum mr_status find_column(const struct csv_table *t, const char *name, u
                      "no column '%s': %s line %zu; the mapping must use the name in the header%s",
                      name, t->path, t->line_number,
                      t->mapping->header_lines
-                         ? "; header_lines counts blank lines, but not comments"
-                         : ", or the number of the column when header_lines is not given");
+                         ? "; header_lines includes blank lines, but not comments"
+                         : ", or give the number of the column if header_lines is not given");
 }
 
 /* Parses a number. For a missing value returns true and sets NaN. Returns false if the field is not
@@ -246,10 +247,10 @@ static enum mr_status parse_header(struct csv_table *t, struct error *error)
     t->position += utf8_bom_length(t->position, (size_t)(t->end - t->position));
     for (unsigned i = 0; i < m->header_lines; i++) {
         if (!read_next_line(t, true, &line, &length, &whole))
-            return error_set(
-                error, MR_MALFORMED,
-                "only %u of %u header lines: %s line %zu; see header_lines in the mapping", i,
-                m->header_lines, t->path, t->line_number);
+            return error_set(error, MR_MALFORMED,
+                             "the file has only %u of %u header lines: %s line %zu; correct "
+                             "header_lines in the mapping",
+                             i, m->header_lines, t->path, t->line_number);
         if (!split_fields(t, line, length))
             return error_set(error, MR_MALFORMED,
                              "more than %u columns: %s line %zu; check that the separator is '%c'",
@@ -274,7 +275,7 @@ static bool refuse_line(struct csv_table *t, const char *line, const char *at, b
     if (whole)
         t->result->bad_lines++;
     parse_result_set(t->result, whole ? MR_MALFORMED : MR_TRUNCATED, t->line_number,
-                     (size_t)(at - line) + 1, whole ? what : "the file ends inside a line");
+                     (size_t)(at - line) + 1, whole ? what : "the file ends within a line");
     return false;
 }
 
@@ -289,12 +290,12 @@ static bool check_row(struct csv_table *t, const char *line, size_t length, bool
     if (!t->column_count)
         t->column_count = t->field_count;
     if (t->field_count != t->column_count)
-        return refuse_line(t, line,
-                           t->field_count < t->column_count ? line + length
-                                                            : t->field[t->column_count].start,
-                           whole,
-                           t->field_count < t->column_count ? "fewer columns than the header"
-                                                            : "more columns than the header");
+        return refuse_line(
+            t, line,
+            t->field_count < t->column_count ? line + length : t->field[t->column_count].start,
+            whole,
+            t->field_count < t->column_count ? "the row has fewer columns than the header"
+                                             : "the row has more columns than the header");
     if (!whole && !m->may_lack_newline)
         return refuse_line(t, line, line + length, false, NULL);
     if (m->time_column_index > t->field_count)
@@ -326,7 +327,7 @@ static void check_header_times(struct csv_table *t, double first_s, double secon
         return;
     t->result->bad_lines += t->number_header.count;
     parse_result_set(t->result, MR_MALFORMED, t->number_header.line, 1,
-                     "a data row among the header lines; see header_lines");
+                     "a data row is within the header lines; correct header_lines");
 }
 
 static void add_row(struct csv_table *t, double time_s)
@@ -365,8 +366,8 @@ enum mr_status csv_read(const char *text, size_t length, const char *path, struc
     *rows = t.row_count;
     if (status == MR_OK && (t.row_count == 0 || parse_outcome->bad_lines > t.row_count / 9))
         return error_set(error, MR_MALFORMED,
-                         "%zu rows are valid, %zu are not: %s line %zu, column %zu: %s; check that "
-                         "the mapping fits the file",
+                         "%zu rows are valid and %zu are invalid: %s line %zu, column %zu: %s; "
+                         "check that the mapping fits the file",
                          t.row_count, parse_outcome->bad_lines, path, parse_outcome->line,
                          parse_outcome->column,
                          parse_outcome->fault_text ? parse_outcome->fault_text : "no rows");
@@ -457,8 +458,8 @@ enum mr_status import_read_signals(const struct textfile *file,
     result->other_interface_frames = log.other_interface_frames;
     if (result->row_count == 0)
         return error_set(error, MR_MALFORMED,
-                         "none of the signals in the mapping occurs in the %zu frames: %s; check "
-                         "the ids in the mapping",
+                         "none of the signals in the mapping is in the %zu frames: %s; check the "
+                         "ids in the mapping",
                          frames, request->path);
     return MR_OK;
 }

@@ -89,10 +89,10 @@ enum mr_status draw_landing_path(const struct landing_series *series,
         if (k % PATH_STEPS_PER_ROW == 0)
             add_path_row(path, (struct sim_path_row){t_s, at_ft, force_lb});
         if (t_s > PATH_MAX_DURATION_S)
-            return error_set(
-                error, MR_USAGE,
-                "no stop: %s: landing %zu is still rolling after %g s; give a higher deceleration",
-                series->name, index + 1, PATH_MAX_DURATION_S);
+            return error_set(error, MR_USAGE,
+                             "no stop: %s: in landing %zu the gear still rolls after %g s; give a "
+                             "higher deceleration",
+                             series->name, index + 1, PATH_MAX_DURATION_S);
         double rest_s = a_ft_s2 > 0.0 ? fmin(node_s, v_ft_s / a_ft_s2) : node_s;
         at_ft += rest_s * (v_ft_s - 0.5 * a_ft_s2 * rest_s);
         v_ft_s = rest_s < node_s ? 0.0 : v_ft_s - a_ft_s2 * rest_s;

@@ -115,11 +115,10 @@ static void read_object(const struct key_reader *r, const char *where, const jso
             format_expected(&keys[i], wanted);
             refuse_key(r, where, name, wanted);
         } else if (i == count && !others[k] && name[0] != '_') {
-            error_set(
-                r->error, MR_MALFORMED,
-                "unknown key: %s: %s%s\"%s\"; correct it (host/landing_series/README.md lists "
-                "the keys), or write _%s for a comment",
-                r->path, where, where[0] ? "." : "", name, name);
+            error_set(r->error, MR_MALFORMED,
+                      "unknown key: %s: %s%s\"%s\"; correct the key (host/landing_series/README.md "
+                      "lists the keys), or write _%s for a comment",
+                      r->path, where, where[0] ? "." : "", name, name);
         }
     }
 }
@@ -225,7 +224,7 @@ static void read_seeds(const struct key_reader *r, const json_t *root, struct la
         first = (double)json_integer_value(json_array_get(seeds, 0));
         last = (double)json_integer_value(json_array_get(seeds, 1));
     } else if (seeds) {
-        refuse_key(r, "", "seeds", "the number of seeds, or [first, last]");
+        refuse_key(r, "", "seeds", "give the number of seeds, or [first, last]");
     }
     if (!(first >= 0.0 && last >= first && last < 1e15 && last - first < SERIES_SEEDS_MAX)) {
         refuse_key(r, "", "seeds", "1 to 10000 seeds, as a number or [first, last]");
@@ -334,8 +333,8 @@ static void check_scene(const struct key_reader *r, const json_t *scene)
     for (size_t i = 0; own[i] && !has_key_error(r); i++) {
         if (json_object_get(scene, own[i]))
             error_set(r->error, MR_MALFORMED,
-                      "key not allowed here: %s: scene.%s; leave it out: the runway and the "
-                      "landings determine the value",
+                      "key not allowed here: %s: scene.%s; leave the key out, because the runway "
+                      "and the landings determine its value",
                       r->path, own[i]);
     }
 }
@@ -388,8 +387,8 @@ static void check_same_runway(const struct key_reader *r, const struct landing_s
         if (scene->mats != first->mats || scene->length_ft != first->length_ft ||
             scene->slack_ft != first->slack_ft)
             error_set(r->error, MR_MALFORMED,
-                      "runways differ: %s: landing %zu does not have the N, L or slack of landing "
-                      "1; give these keys only in scene",
+                      "runways differ: %s: N, L or slack of landing %zu differs from landing 1; "
+                      "give these keys only in scene",
                       r->path, i + 1);
     }
 }
@@ -457,8 +456,8 @@ json_t *series_get_scene_json(const char *file, const json_t *root, struct error
            *both = json_deep_copy(scene);
     if (!elastic && !has_key_error(&r))
         error_set(error, MR_MALFORMED,
-                  "no elastic ground: %s: ground is elastic, but its stiffness is not given; give "
-                  "elastic, an object of scene keys with gear_k_lb_ft",
+                  "elastic ground without a stiffness: %s; give the key elastic, an object of "
+                  "scene keys with gear_k_lb_ft",
                   file);
     if (elastic && !has_key_error(&r))
         json_object_update(both, elastic);
@@ -544,11 +543,11 @@ void series_describe_ground(const struct landing_series *c, char *text, size_t s
         axles += s->gear.axle_counts.count > 0 ? s->gear.axle_counts.values[i] : 1.0;
     if (k > 0.0)
         snprintf(text, size,
-                 "elastic under a gear with weight: %.6g lb/ft per mat and axle, %.6g lb per axle, "
-                 "%g axles in %zu line%s",
+                 "elastic ground under a gear with weight: %.6g lb/ft per mat and axle, %.6g lb "
+                 "per axle, %g axles in %zu line%s",
                  k, s->wheel_load_lb, axles, lines, lines == 1 ? "" : "s");
     else if (s->wheel_load_lb > 0.0)
-        snprintf(text, size, "Coulomb's law under one axle of %.6g lb", s->wheel_load_lb);
+        snprintf(text, size, "Coulomb friction under one axle of %.6g lb", s->wheel_load_lb);
     else
         snprintf(text, size, "weightless gear: thrust of one axle on mats without load");
 }

@@ -365,12 +365,13 @@ static void add_landing(struct answer *answer, const struct landing_series *c,
 static void add_forces(struct answer *answer, const struct landing_series *c,
                        const struct series_landing_summary *s)
 {
-    char label[160] = "largest force in a joint: mean over the runways, and the standard error "
-                      "caused by the time steps; error of: the same error, of a single runway";
+    char label[160] =
+        "largest force in a joint: mean over the runways, and its standard error caused by the "
+        "time steps; \"error of\": that standard error for a single runway";
     if (isnan(s[0].compression_lb.run_error))
         snprintf(label, sizeof label,
-                 "largest force in a joint: mean over the runways; its error needs %d runways or "
-                 "more (--seeds)",
+                 "largest force in a joint: mean over the runways; for its standard error, "
+                 "simulate %d runways or more (--seeds)",
                  SERIES_CHECK_EVERY);
     answer_open_table(answer, NULL, label);
     for (size_t i = 0; i < c->landing_count && s[i].runway_count > 0; i++) {
@@ -561,7 +562,8 @@ static void add_outcome(struct answer *answer, const struct landing_series *c,
     add_buckled(answer, c, s);
     add_text_if_present(answer, "observed", c->observed);
     add_text_if_present(answer, "parameters", c->basis);
-    add_text_if_present(answer, "added afterwards, so not a prediction", c->changes_after_outcome);
+    add_text_if_present(answer, "not predicted, but computed after the landing",
+                        c->changes_after_outcome);
 }
 
 /* Adds the results of each landing. */
@@ -569,10 +571,9 @@ static void add_landing_tables(struct answer *answer, const struct landing_serie
                                const struct series_run *runs, const struct series_summary *s)
 {
     json_t *list = json_array();
-    answer_open_table(
-        answer, "landings",
-        "each landing: median over the simulated runways that reached it; in brackets, "
-        "5th to 95th percentile");
+    answer_open_table(answer, "landings",
+                      "values of each landing: median over the simulated runways that reached this "
+                      "landing; in brackets, 5th to 95th percentile");
     for (size_t i = 0; i < c->landing_count; i++)
         add_landing(answer, c, &s->landing[i], i + 1);
     answer_close_group(answer);

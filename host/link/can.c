@@ -136,10 +136,10 @@ static enum mr_status can_open(struct link *link, const char *name, struct error
                          "interface name of %zu characters: %s; give 1 to %d characters", length,
                          link->spec, IFNAMSIZ - 1);
     if (strpbrk(name, ":,/@ "))
-        return error_set(error, MR_USAGE,
-                         "not a CAN interface: %s; write can:IFACE[,base=N], the bit rate is set "
-                         "with ip link",
-                         link->spec);
+        return error_set(
+            error, MR_USAGE,
+            "not a CAN interface: %s; write can:IFACE[,base=N] and set the bit rate with ip link",
+            link->spec);
     link->fd = socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
     if (link->fd < 0 && (errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT))
         return error_set(error, MR_IO,
@@ -209,8 +209,8 @@ static enum mr_status can_send(struct link *link, const uint8_t *bytes, size_t l
                              strerror(errno), link->spec);
         if (monotonic_us() > until_us)
             return error_set(error, MR_TIMEOUT,
-                             "the bus accepts no frames: %s; check that the board is on and the "
-                             "bus is terminated",
+                             "the bus accepts no frames: %s; check that the board is on and that "
+                             "the bus is terminated",
                              link->spec);
         /* do not wait for room in the socket: with ENOBUFS, the queue of the interface is full */
         poll(&ready, 1, errno == ENOBUFS ? 0 : 10);

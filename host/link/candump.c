@@ -195,14 +195,15 @@ bool candump_log_parse_line(struct candump_log *log, const char *text, size_t le
     /* without a newline the line may be incomplete, even if its beginning is a valid frame */
     if (!whole) {
         parse_result_set(&log->result, MR_TRUNCATED, log->line_number, before + length + 1,
-                         "the log ends inside a line");
+                         "the log ends within a line");
         return false;
     }
     if (status != MR_OK) {
         log->result.bad_lines++;
         parse_result_set(&log->result, MR_MALFORMED, log->line_number, before + line->error_column,
-                         memmem(text, length, "##", 2) ? "a CAN FD frame, which matrig does not use"
-                                                       : "not a line of `candump -L`");
+                         memmem(text, length, "##", 2)
+                             ? "the line has a CAN FD frame, which matrig does not read"
+                             : "the line is not in the format of `candump -L`");
         return false;
     }
     if (!log->interface[0] || candump_is_from_interface(line, log->interface))

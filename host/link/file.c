@@ -25,12 +25,13 @@ static enum mr_status check_file_content(struct link *link, struct error *error)
     bool bytes = length > 0 && memchr(head, 0, (size_t)length) && !log;
     if (link->kind == LINK_SERIAL && log)
         return error_set(error, MR_MALFORMED,
-                         "this is a candump log, not serial data: %s; give it with --can",
+                         "the file is a candump log, not serial data: %s; give the file with --can",
                          link->spec);
     if (link->kind == LINK_CAN && bytes)
-        return error_set(error, MR_MALFORMED,
-                         "this is serial data, not a candump log: %s; give it with --serial",
-                         link->spec);
+        return error_set(
+            error, MR_MALFORMED,
+            "the file is serial data, not a candump log: %s; give the file with --serial",
+            link->spec);
     return MR_OK;
 }
 
@@ -123,18 +124,19 @@ static enum mr_status select_bus(const struct buses *buses, const char *named, c
     unsigned least = compute_bus_rank(&buses->bus[best]);
     if (named) {
         list_buses(buses, 0, names, sizeof names);
-        return error_set(error, MR_USAGE, "no frame of %s: %s; the log has frames of %s", named,
-                         where, names);
+        return error_set(
+            error, MR_USAGE,
+            "the log has no frame of interface %s: %s; give one of its interfaces (%s)", named,
+            where, names);
     }
     for (size_t i = 0; i < buses->count; i++)
         as_good += compute_bus_rank(&buses->bus[i]) == least;
     if (least > 0 && as_good > 1) {
         list_buses(buses, least, names, sizeof names);
-        return error_set(
-            error, MR_USAGE,
-            "several buses have a board (%s): %s; select one with file:PATH,interface=%s, "
-            "or matrig import --interface %s",
-            names, where, buses->bus[best].name, buses->bus[best].name);
+        return error_set(error, MR_USAGE,
+                         "several buses in the log have a board (%s): %s; select one bus with "
+                         "file:PATH,interface=%s, or matrig import --interface %s",
+                         names, where, buses->bus[best].name, buses->bus[best].name);
     }
     memcpy(interface, buses->bus[best].name, CANDUMP_INTERFACE_SIZE);
     return MR_OK;
@@ -170,8 +172,8 @@ static enum mr_status read_line(struct link *link, const char **line, size_t *le
             cut += searched - CANDUMP_LINE_SIZE;
             if (cut > LINE_BYTES_MAX)
                 return error_set(error, MR_MALFORMED,
-                                 "no end of line in %u bytes: %s; give a log that `candump -L` "
-                                 "wrote",
+                                 "the file has no end of line in %u bytes: %s; give a log that "
+                                 "`candump -L` wrote",
                                  LINE_BYTES_MAX, link->spec);
             searched = CANDUMP_LINE_SIZE;
             link->buffer_end = link->buffer_start + searched;
@@ -225,7 +227,7 @@ static enum mr_status detect_bus(struct link *link, const char *named, struct er
                            BUSES_MAX, link->spec, log.line_number);
     else if (status == MR_CLOSED && buses->count == 0 && log.result.status != MR_OK)
         status = error_set(error, MR_MALFORMED,
-                           "no frames: %s line %zu, column %zu; the line is '%s', give a log that "
+                           "not a CAN frame: %s line %zu, column %zu: '%s'; give a log that "
                            "`candump -L` wrote (for tables use matrig import --map)",
                            link->spec, log.result.line, log.result.column, seen);
     else if (status == MR_CLOSED)
@@ -264,7 +266,7 @@ static enum mr_status file_open(struct link *link, const char *spec_text, struct
         return error_set(error, MR_IO, "cannot open (%s): %s; check the path", strerror(errno),
                          link->spec);
     if (fstat(link->fd, &info) == 0 && S_ISDIR(info.st_mode))
-        return error_set(error, MR_IO, "cannot open (it is a directory): %s; name a file",
+        return error_set(error, MR_IO, "the path is a directory: %s; give the name of a file",
                          link->spec);
     if (S_ISREG(info.st_mode) && check_file_content(link, error) != MR_OK)
         return error->status;
@@ -347,7 +349,7 @@ static enum mr_status file_receive_frame(struct link *link, struct link_frame *f
             c->bad_lines >= BAD_LINES_MAX)
             return error_set(
                 error, MR_MALFORMED,
-                "no candump line in the first %zu lines: %s; give a log that `candump -L` wrote",
+                "the first %zu lines contain no CAN frame: %s; give a log that `candump -L` wrote",
                 log->line_number, link->spec);
     }
     *frame = line.frame;
@@ -359,8 +361,8 @@ static enum mr_status file_send(struct link *link, const uint8_t *bytes, size_t 
 {
     (void)bytes;
     (void)length;
-    return error_set(error, MR_NOT_NOW, "a recorded file takes no commands: %s; use a live link",
-                     link->spec);
+    return error_set(error, MR_NOT_NOW,
+                     "cannot send commands to a recorded file: %s; use a live link", link->spec);
 }
 
 const struct link_ops link_file_ops = {

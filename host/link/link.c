@@ -67,8 +67,8 @@ enum mr_status link_check(const char *spec, struct error *error)
     struct stat file;
     const char *ending = strrchr(spec, '.');
     if (ending && strcmp(ending, ".log") == 0 && stat(spec, &file) == 0 && S_ISREG(file.st_mode))
-        return error_set(error, MR_USAGE, "not a link: '%s'; for a recorded file write file:%s",
-                         spec, spec);
+        return error_set(error, MR_USAGE, "not a link: '%s'; give a recorded file as file:%s", spec,
+                         spec);
     list_link_syntaxes(forms);
     return error_set(error, MR_USAGE, "not a link: '%s'; write %s", spec, forms);
 }
@@ -629,21 +629,23 @@ static enum diagnosis diagnose_serial(const struct link *link, const struct link
         return DIAGNOSIS_SILENT;
     }
     if (rx->valid_frames > 0) {
-        snprintf(text, DIAGNOSIS_TEXT_SIZE,
-                 LINK_NO_HELLO
-                 ": %s; frames received: check that this is the serial output of the board",
-                 link->spec);
+        snprintf(
+            text, DIAGNOSIS_TEXT_SIZE,
+            LINK_NO_HELLO
+            ": %s; frames were received: check that the link is the serial output of the board",
+            link->spec);
         return DIAGNOSIS_NO_HELLO;
     }
     if (counters->fault_count[LINK_UART_LINE])
         snprintf(errors, sizeof errors, ", %llu framing errors",
                  (unsigned long long)counters->fault_count[LINK_UART_LINE]);
     if (rx->baud == 0)
-        snprintf(rate, sizeof rate, "check that this is the serial output of the board");
+        snprintf(rate, sizeof rate, "check that the link is the serial output of the board");
     else
         snprintf(rate, sizeof rate, "check that the board sends at %d baud", rx->baud);
     snprintf(text, DIAGNOSIS_TEXT_SIZE,
-             LINK_NO_HELLO ": %s; %.0f bytes/s received%s, %llu frame ends, no whole frame: %s",
+             LINK_NO_HELLO
+             ": %s; received %.0f bytes/s%s and %llu ends of frames, but no complete frame: %s",
              link->spec, (double)rx->bytes / fmax(since_s, 0.001), errors,
              (unsigned long long)rx->bad_frames, rate);
     return DIAGNOSIS_GARBLED;
@@ -669,8 +671,9 @@ static enum diagnosis diagnose_can(const struct link *link, const struct link_co
     }
     if (counters->error_frames > 0) {
         snprintf(text, DIAGNOSIS_TEXT_SIZE,
-                 LINK_NO_HELLO ": %s; only error frames, %llu, most of them %s: check that the bit "
-                               "rate is 1 Mbit/s and both ends of the bus are terminated",
+                 LINK_NO_HELLO
+                 ": %s; only error frames received (%llu), most of them %s: check that the bit "
+                 "rate is 1 Mbit/s and both ends of the bus are terminated",
                  link->spec, (unsigned long long)counters->error_frames,
                  find_most_common_error(counters));
         return DIAGNOSIS_BUS_ERRORS;

@@ -29,7 +29,7 @@ struct queue_chunk {
     uint8_t bytes[QUEUE_CHUNK_BYTES - 48];
 };
 _Static_assert(sizeof(struct queue_chunk) == QUEUE_CHUNK_BYTES,
-               "a piece is a whole number of pages");
+               "the size of a piece is a multiple of the page size");
 
 struct item_header {
     uint64_t host_us;
@@ -38,7 +38,7 @@ struct item_header {
     uint8_t kind, dlc;
 };
 _Static_assert(sizeof(struct item_header) == LINK_QUEUE_ITEM_BYTES,
-               "the header's sum of memory counts on it");
+               "the calculation of memory in the header uses this size");
 
 /* A position in the queue, between two items. */
 struct queue_position {

@@ -275,13 +275,12 @@ const char *timemap_refusal_text(unsigned refusal)
     switch (refusal) {
     case TIMEMAP_OK: return "good";
     case TIMEMAP_TOO_FEW_PAIRS: return "too few clock messages; log for at least 15 s";
-    case TIMEMAP_UNDATED: return "the record has no times of day";
+    case TIMEMAP_UNDATED: return "the record contains no times of day";
     case TIMEMAP_WRONG_RATE:
-        return "board time and the clock of this computer ran at different rates: the board was "
-               "emulated at full speed or read from a file, or the clock of this computer was "
-               "changed";
+        return "board time and the clock of this computer differ in rate: the board was emulated "
+               "at full speed or read from a file, or the clock of this computer was changed";
     case TIMEMAP_UNCERTAIN:
-        return "delays vary too much, or the clock of this computer was changed";
+        return "the delays of the link vary too much, or the clock of this computer was changed";
     default: return "unknown";
     }
 }

@@ -55,7 +55,8 @@ static enum mr_status pts_open(struct link *link, const char *path, int baud, st
             strerror(errno), link->spec);
     /* Exclusive lock: two readers would each receive only some of the bytes. */
     if (flock(link->fd, LOCK_EX | LOCK_NB) != 0)
-        return error_set(error, MR_IO, "another matrig uses the terminal: %s; end it first",
+        return error_set(error, MR_IO,
+                         "another matrig uses the terminal: %s; end that program first",
                          link->spec);
     return pts_set_baud(link, baud, error);
 }
@@ -89,7 +90,7 @@ enum mr_status tty_parse(const char *text, const char *syntax, char path[TTY_PAT
         long value = strtol(colon + 1, &end, 10);
         if (end == colon + 1 || value < 50 || value > BAUD_MAX)
             return error_set(error, MR_USAGE,
-                             "not a baud rate: '%s' of '%s'; write %s, with 50 to %d baud",
+                             "not a baud rate: '%s' of '%s'; write %s with a rate of 50 to %d baud",
                              colon + 1, text, syntax, BAUD_MAX);
         *baud = (int)value;
         length = (size_t)(colon - text);
@@ -98,7 +99,7 @@ enum mr_status tty_parse(const char *text, const char *syntax, char path[TTY_PAT
         snprintf(path, TTY_PATH_SIZE, "%.*s", (int)(colon - text), text);
         if (access(path, F_OK) == 0 && access(text, F_OK) != 0)
             return error_set(error, MR_USAGE,
-                             "not a baud rate: '%s' of '%s'; write %s, with 50 to %d baud",
+                             "not a baud rate: '%s' of '%s'; write %s with a rate of 50 to %d baud",
                              colon + 1, text, syntax, BAUD_MAX);
     }
     if (length == 0 || length >= TTY_PATH_SIZE)
@@ -192,8 +193,8 @@ static enum mr_status set_open_error(const char *spec, const char *real, struct 
                          strerror(reason), group->gr_name, info.st_mode & 0777u, spec,
                          group->gr_name);
     if (reason == EBUSY)
-        return error_set(error, MR_IO, "another program uses the serial port: %s; end it first",
-                         spec);
+        return error_set(error, MR_IO,
+                         "another program uses the serial port: %s; end that program first", spec);
     return set_no_port_error(spec, strerror(reason), error);
 }
 
@@ -218,10 +219,10 @@ static enum mr_status configure_port(struct tty *tty, int baud, struct error *er
         sp_free_config(config);
     }
     if (actual_baud > 0 && abs(actual_baud - baud) > baud / 100 * BAUD_TOLERANCE_PERCENT)
-        return error_set(
-            error, MR_IO,
-            "the serial port does not support %d baud, it set %d: %s; give a different rate", baud,
-            actual_baud, tty->spec);
+        return error_set(error, MR_IO,
+                         "the serial port does not support %d baud and uses %d baud instead: %s; "
+                         "give a different rate",
+                         baud, actual_baud, tty->spec);
     return MR_OK;
 }
 
@@ -230,7 +231,8 @@ static enum mr_status configure_port(struct tty *tty, int baud, struct error *er
 static enum mr_status lock_port(struct tty *tty, struct error *error)
 {
     if (flock(tty->fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-        return error_set(error, MR_IO, "another program uses the serial port: %s; end it first",
+        return error_set(error, MR_IO,
+                         "another program uses the serial port: %s; end that program first",
                          tty->spec);
     ioctl(tty->fd, TIOCEXCL);
     return MR_OK;
@@ -246,8 +248,9 @@ static enum mr_status open_port(struct tty *tty, const char *real, int baud, str
         sp_free_port(tty->port);
         tty->port = NULL;
     } else if (sp_get_port_handle(tty->port, &tty->fd) != SP_OK)
-        status = error_set(
-            error, MR_IO, "cannot get the descriptor of the serial port: %s; try again", tty->spec);
+        status = error_set(error, MR_IO,
+                           "cannot share the serial port with the reading thread: %s; try again",
+                           tty->spec);
     if (status == MR_OK)
         status = lock_port(tty, error);
     return status ?: configure_port(tty, baud, error);

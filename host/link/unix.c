@@ -46,8 +46,8 @@ static enum mr_status unix_open(struct link *link, const char *path, struct erro
     if (reason == EAGAIN)
         return error_set(
             error, MR_IO,
-            "cannot connect (other programs are waiting): %s; an emulated board serves only the "
-            "first program that connects: end the programs and restart the board",
+            "cannot connect (other programs are waiting): %s; end these programs and restart the "
+            "emulated board, which serves only the first program that connects",
             link->spec);
     return error_set(error, MR_IO,
                      "cannot connect (%s): %s; start the emulated board on this socket first",
@@ -61,7 +61,7 @@ static enum mr_status unix_receive_frame(struct link *link, struct link_frame *f
         enum mr_status status = link_fill_buffer(link, error);
         if (status == MR_CLOSED && link->buffer_end > link->buffer_start)
             return error_set(error, MR_TRUNCATED,
-                             "the link ended inside a frame: %s; the frames before it are stored",
+                             "the link ended inside a frame: %s; all earlier frames are stored",
                              link->spec);
         if (status != MR_OK)
             return status;
@@ -99,7 +99,7 @@ enum mr_status link_write(struct link *link, const uint8_t *bytes, size_t length
                              strerror(errno), link->spec);
         if (poll(&ready, 1, SEND_TIMEOUT_MS) == 0)
             return error_set(error, MR_TIMEOUT,
-                             "the board accepts no data: %s; check that it is not stopped",
+                             "the board accepts no data: %s; check that the board is running",
                              link->spec);
     }
     return MR_OK;

@@ -191,8 +191,8 @@ static unsigned run_command(struct live_server *server, const json_t *body, json
         number > LANDING_NUMBER_MAX || !json_is_integer(until)) {
         json_object_set_new(
             json, "error",
-            json_string("give command (arm or disarm), until_us (time limit for the execution) "
-                        "and, optionally for arm, landing (0 to 65535)"));
+            json_string("invalid command; give command (arm or disarm), until_us (time limit for "
+                        "the execution) and, optionally for arm, landing (0 to 65535)"));
         return MHD_HTTP_BAD_REQUEST;
     }
     enum mr_status status =
@@ -200,7 +200,8 @@ static unsigned run_command(struct live_server *server, const json_t *body, json
                               (int32_t)number, json_integer_value(until), &of_board);
     snprintf(refused, sizeof refused, "refused: %s", arm_client_refusal_text(of_board));
     const char *error = status == MR_TIMEOUT ? "the board did not answer within 3 s"
-                      : status == MR_LIMIT   ? "the command arrived too late: repeat it"
+                      : status == MR_LIMIT
+                          ? "the time limit of the command has passed: repeat the command"
                       : status != MR_OK
                           ? "another command is in progress, or this page cannot send commands"
                       : of_board != MR_OK ? refused
@@ -225,8 +226,9 @@ static enum MHD_Result serve_command(struct live_server *server, struct MHD_Conn
         return respond_text(connection, MHD_HTTP_FORBIDDEN,
                             "commands are accepted only from the live page, as JSON\n");
     if (!is_token_valid(server, get_request_header(connection, "X-Matrig-Token")))
-        return respond_text(connection, MHD_HTTP_FORBIDDEN,
-                            "commands need the token: open the address that matrig printed\n");
+        return respond_text(
+            connection, MHD_HTTP_FORBIDDEN,
+            "the command has no valid token: open the address that matrig printed\n");
     if (request->is_too_long)
         return respond_text(connection, MHD_HTTP_CONTENT_TOO_LARGE, "the command is too long\n");
     json_t *json = json_object(), *body = json_loadb(request->body, request->length, 0, NULL);
@@ -284,11 +286,11 @@ static enum MHD_Result serve_request(void *context, struct MHD_Connection *conne
     if (!is_local_host(get_request_header(connection, "Host")))
         return respond_text(
             connection, MHD_HTTP_FORBIDDEN,
-            "this page is served only to this computer: use 127.0.0.1, or an ssh tunnel\n");
+            "the live page is served only to this computer: use 127.0.0.1, or an ssh tunnel\n");
     bool post = strcmp(method, "POST") == 0 && strcmp(url, "/command") == 0;
     if (!post && strcmp(method, "GET") != 0)
         return respond_text(connection, MHD_HTTP_METHOD_NOT_ALLOWED,
-                            "use GET, or POST to /command\n");
+                            "the method is not supported: use GET, or POST to /command\n");
     return post ? serve_command(server, connection, request) : serve_get(server, connection, url);
 }
 
@@ -331,7 +333,7 @@ enum mr_status live_server_open(const char *where, struct live_hub *hub,
     if (*where < '0' || *where > '9' || *end || number > 65535)
         return error_set(
             error, MR_USAGE,
-            "not a port: '%s'; give 0 to 65535, or 0 for any free port. The page is served only on "
+            "not a port: '%s'; give 1 to 65535, or 0 for any free port. The page is served only on "
             "127.0.0.1; from other computers use ssh -L 8473:127.0.0.1:8473",
             where);
     const struct sockaddr_in address = {.sin_family = AF_INET,

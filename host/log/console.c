@@ -66,8 +66,8 @@ static enum mr_status set_different_boards_error(const struct logger *logger, st
     if (!p.is_other_board_on_can)
         return MR_OK;
     return error_set(error, MR_IO,
-                     "two different boards: CAN base 0x%03x has %s, the serial line has %s; swap "
-                     "the serial lines or the bases: %s, %s",
+                     "CAN and serial line have different boards: CAN base 0x%03x has %s, the "
+                     "serial line has %s; swap the serial lines or the bases: %s, %s",
                      logger->can_base, p.can_uid, p.serial_uid, link_spec(logger->link[LINK_CAN]),
                      link_spec(logger->link[LINK_SERIAL]));
 }
@@ -96,7 +96,7 @@ void logger_note_other_board(struct logger *logger, const struct link_frame *fra
         logger->other_board_reported = true;
         logger_clear_progress(logger);
         cli_note(logger->cli,
-                 "another board sends on this bus: base 0x%03x of %s; it is not logged",
+                 "another board sends on this bus and is not logged: base 0x%03x of %s",
                  logger->other_board_base, link_spec(logger->link[LINK_CAN]));
     } else if (frame->id >= MR_ID_HELLO && frame->id - MR_ID_HELLO <= MR_CAN_BASE_MAX &&
                mr_message_decode(&message, MR_ID_HELLO, frame->data, frame->length) == MR_OK &&
@@ -116,8 +116,8 @@ static void note_repeated_landing(struct logger *logger, int64_t run)
         return;
     logger_clear_progress(logger);
     cli_note(logger->cli,
-             "RUN %lld is the same landing as RUN %lld: board, number and switches agree; to void "
-             "the duplicate: matrig landing %s %lld --void --reason TEXT",
+             "RUN %lld is the same landing as RUN %lld: board, number and switches are equal; to "
+             "void the duplicate: matrig landing %s %lld --void --reason TEXT",
              (long long)run, (long long)twin, store_path(logger->store), (long long)run);
 }
 
@@ -303,8 +303,8 @@ enum mr_status logger_show_silent_landing(struct logger *logger, struct error *e
     if (!is_landing_silent(logger, &progress))
         return MR_OK;
     cli_note(logger->cli,
-             "no more data of RUN %lld: check the board and its cables; the data received so far "
-             "is stored",
+             "the board sends no more data of RUN %lld: check the board and its cables; the data "
+             "received so far is stored",
              (long long)progress.run);
     struct error why = {0};
     enum mr_status status = logger_commit(logger, error);
@@ -333,13 +333,12 @@ void logger_note_health(struct logger *logger)
         cli_note(logger->cli, "%s", text);
     }
     if (alarm && alarm->state > MR_CAN_GOOD)
-        cli_note(logger->cli, "CAN state reported by the board: %s (TEC %u)",
+        cli_note(logger->cli, "the board reports the CAN state: %s (TEC %u)",
                  mr_can_state_text(alarm->state), alarm->tec);
     else if (alarm && alarm->outages)
-        cli_note(logger->cli,
-                 "CAN state reported by the board: good again after %.2f s; %u %s since reset",
-                 (double)alarm->outage_s, alarm->outages,
-                 alarm->outages == 1 ? "outage" : "outages");
+        cli_note(
+            logger->cli, "the board reports that CAN works again after %.2f s; %u %s since reset",
+            (double)alarm->outage_s, alarm->outages, alarm->outages == 1 ? "outage" : "outages");
 }
 
 void logger_note_answers(struct logger *logger)
@@ -427,8 +426,8 @@ enum mr_status logger_check_received(const struct logger *logger, struct error *
     if (c[LINK_CAN].foreign > 0 || (!line && c[LINK_SERIAL].bad + c[LINK_SERIAL].foreign > 0)) {
         if (c[LINK_CAN].received + c[LINK_SERIAL].received == 0)
             return error_set(error, MR_MALFORMED,
-                             "no data from a matrig board: %s%s%s; check that this is the board's "
-                             "link and the bit rate is right",
+                             "no data from a matrig board: %s%s%s; check that the link leads to "
+                             "the board and that the bit rate is right",
                              can ? link_spec(can) : "", and, serial ? link_spec(serial) : "");
     }
     diagnose_links(logger, &link);
@@ -513,8 +512,8 @@ static void note_silence(struct logger *logger, const char *state, uint64_t now_
         logger_clear_progress(logger);
         if (now_silent)
             cli_note(logger->cli,
-                     "the board is SILENT: no data for %.1f s, last state %s; nothing is recorded "
-                     "until the board sends again: check power and cables",
+                     "the board is SILENT: no data for %.1f s, last state %s; check power and "
+                     "cables, because no data is recorded until the board sends again",
                      (double)(now_us - newest) / 1e6, state);
         else
             cli_note(logger->cli, "the board sends again: %s", state);
@@ -529,8 +528,8 @@ static void note_silence(struct logger *logger, const char *state, uint64_t now_
         if (lost != logger->link_silence_reported[link]) {
             logger_clear_progress(logger);
             cli_note(logger->cli,
-                     lost ? "no more data over %s, while the other link continues: check the cable "
-                            "of the silent link"
+                     lost ? "%s receives no more data, but the other link does: check the cable of "
+                            "the silent link"
                           : "%s: data from the board is received again",
                      link_spec(logger->link[link]));
         }
@@ -613,7 +612,7 @@ static void add_link_to_answer(const struct logger *logger, unsigned link,
     const uint64_t elsewhere = link_counters(logger->link[link])->other_interface_frames;
     if (elsewhere) {
         answer_add_count(answer, "other_interfaces", NULL, (int64_t)elsewhere);
-        answer_add_sentence(answer, NULL, "frames of other buses, not logged: %llu",
+        answer_add_sentence(answer, NULL, "frames of other buses that were not logged: %llu",
                             (unsigned long long)elsewhere);
     }
     if (kind == LINK_CAN && p->frames_before_log >= 0)
@@ -649,7 +648,8 @@ int logger_show_session(struct logger *logger, const char *db, const struct erro
     add_board_to_answer(logger, answer);
     answer_add_json(answer, "queue", watch_json(&logger->watch));
     if (held[0])
-        answer_add_sentence(answer, NULL, "writing the campaign in this session: %s", held);
+        answer_add_sentence(answer, NULL, "delays in writing the campaign in this session: %s",
+                            held);
     answer_add_json(answer, "landings", json_incref(logger->landings_json));
     answer_add_text_or_missing(answer, "error", NULL, error->text, NULL);
     int shown = answer_print(logger->cli, answer, code);
@@ -755,7 +755,7 @@ static void send_command(struct logger *logger)
     typed->is_answered = false;
     typed->is_sent = logger_send(logger, &typed->command, false);
     if (!typed->is_sent)
-        print_reply(logger, "%s: cannot be sent, because no link accepts it\n",
+        print_reply(logger, "cannot send %s, because no link accepts commands\n",
                     mr_command_name(typed->command.code));
 }
 
@@ -820,18 +820,17 @@ static void handle_command(struct logger *logger, const char *line)
     }
     typed->deadline_us = typed->typing_hold_until_us = monotonic_us() + CONFIRM_TIMEOUT_US;
     if (!arm)
-        print_reply(logger,
-                    "disarm? The board is %s; this ends the recording. Type yes: ", recording);
-    else if (typed->command.argument)
         print_reply(
             logger,
-            "arm for landing %d? The board records until the gear has stopped and the mat is at "
-            "rest. Type yes: ",
-            typed->command.argument);
-    else
+            "disarm the board? Its state is %s; the recording then ends. Type yes: ", recording);
+    else if (typed->command.argument)
         print_reply(logger,
-                    "arm for the next landing? The board records until the gear has stopped and "
-                    "the mat is at rest. Type yes: ");
+                    "arm the board for landing %d? It records until the gear has stopped and the "
+                    "mat is at rest. Type yes: ",
+                    typed->command.argument);
+    else
+        print_reply(logger, "arm the board for the next landing? It records until the gear has "
+                            "stopped and the mat is at rest. Type yes: ");
 }
 
 /* Reports the outcome of the sent command. */
@@ -849,7 +848,7 @@ static void report_answer(struct logger *logger)
         typed->is_sent = false;
         print_reply(
             logger,
-            "the board did not answer `%s` within 3 s; check its state before you try again\n",
+            "the board did not answer `%s` within 3 s; before you try again, check its state\n",
             name);
     }
 }

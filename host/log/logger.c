@@ -639,7 +639,7 @@ static enum mr_status continue_after_size_limit(struct logger *logger, const cha
     bool again = stat(from, &info) == 0 && info.st_size >= LARGE_CAMPAIGN_MIN_BYTES;
     snprintf(
         logger->file_problem_text, sizeof logger->file_problem_text,
-        "%s has reached the maximum file size (of ulimit -f or its file system) and keeps its data",
+        "%s has reached the maximum file size (by ulimit -f or the file system) and keeps its data",
         from);
     return continue_in_new_campaign(logger, STORE_FILE_UNCHANGED, from, again);
 }
@@ -663,7 +663,7 @@ static enum mr_status save_removed_campaign(struct logger *logger, enum store_fi
     logger_clear_progress(logger);
     /* without a copy, continue in the open file, which still accepts data */
     if (!copied) {
-        cli_note(logger->cli, "%s, and cannot be saved (%s): matrig tries again in 5 s",
+        cli_note(logger->cli, "%s, and its data cannot be saved (%s): matrig tries again in 5 s",
                  logger->file_problem_text, why.text[0] ? why.text : "no writable folder");
         return MR_OK;
     }
@@ -793,8 +793,8 @@ static enum mr_status switch_to_new_campaign(struct logger *logger, bool *beside
     if (*beside || continue_in_new_campaign(logger, STORE_FILE_UNCHANGED, store_path(logger->store),
                                             true) != MR_OK)
         return error_set(error, MR_IO,
-                         "the newest data could not be written to the campaign, nor saved in the "
-                         "same folder. Lost: %s; %.250s",
+                         "the newest data was lost (%s), because it could neither be written to "
+                         "the campaign nor saved in the same folder; %.250s",
                          what, reason);
     *beside = true;
     logger->end_requested_twice = false;

@@ -152,7 +152,7 @@ static void describe_delay(const struct watch *watch, enum watch_cause cause, ui
         snprintf(what, sizeof what, "another program has locked the campaign: waiting");
         break;
     case WATCH_SLOW_DISK:
-        snprintf(what, sizeof what, "the disk is slow, %.1f s so far: waiting",
+        snprintf(what, sizeof what, "the disk has been slow for %.1f s: waiting",
                  (double)lasts_us / 1e6);
         break;
     case WATCH_FULL_DISK:
@@ -162,11 +162,11 @@ static void describe_delay(const struct watch *watch, enum watch_cause cause, ui
         snprintf(what, sizeof what, "the campaign cannot be written (%s): waiting",
                  watch->refusal_reason);
         break;
-    default: snprintf(what, sizeof what, "this computer is too slow for the data"); break;
+    default: snprintf(what, sizeof what, "this computer is too slow to store the data"); break;
     }
     write_lost_text(watch, lost, sizeof lost);
     snprintf(line, size, "%s, queue %u %% full%s, %s: %s", what, full / 10,
-             is_blocked(watch) ? ", the board must wait" : "", lost, watch->campaign_path);
+             is_blocked(watch) ? ", the board has to wait" : "", lost, watch->campaign_path);
 }
 
 static void check_store_call(struct watch *watch, uint64_t at_us)
@@ -189,8 +189,8 @@ static void check_store_call(struct watch *watch, uint64_t at_us)
     char what[100];
     write_queue_amount(watch, false, what, sizeof what);
     fprintf(stderr,
-            "%smatrig: the disk has accepted no data for %.0f s: %s; the newest %s are not saved; "
-            "check the disk\n",
+            "%smatrig: the disk has accepted no data for %.0f s: %s; check the disk; the newest %s "
+            "are not saved\n",
             cli_is_stderr_terminal() ? "\r\033[K" : "",
             (double)(at_us - watch->call_start_us) / 1e6, watch->campaign_path, what);
     fflush(stderr);
@@ -438,7 +438,7 @@ void watch_session_text(struct watch *watch, char *out, size_t size)
                                      texts[cause], (double)watch->delay_us[cause] / 1e6);
     }
     if (watch->max_fill_permille >= (used > 0 ? 10 : BEHIND_MIN_PERMILLE) && used < size)
-        snprintf(out + used, size - used, "%squeue at most %u %% full", used ? "; " : "",
+        snprintf(out + used, size - used, "%sthe queue was at most %u %% full", used ? "; " : "",
                  watch->max_fill_permille / 10);
     pthread_mutex_unlock(&watch->lock);
 }

@@ -80,8 +80,8 @@ static enum mr_status parse_unit(struct readings_file *t, enum column_role role,
     struct calibrate_column column = calibrate_column_parse(name);
     if (!column.is_known || column.is_codes)
         return error_set(t->error, MR_MALFORMED,
-                         "column name not understood: %s, line %u: '%.*s'; name the column %s with "
-                         "its unit, as in %s",
+                         "unknown unit in a column name: %s, line %u: '%.*s'; name the column %s "
+                         "with its unit, as in %s",
                          t->path, t->line, CELL_SHOWN_MAX, name, roles[role].name, HEADER_EXAMPLE);
     if (!column.unit || column.unit->kind != roles[role].kind)
         return error_set(t->error, MR_MALFORMED,
@@ -140,7 +140,7 @@ static enum mr_status parse_value(struct readings_file *t, enum column_role role
             role == ROLE_DISPLACEMENT ? "in" : "lb");
     }
     if (strstr(wrong.what, "instead of"))
-        return error_set(t->error, MR_MALFORMED, "%s: %s, line %u: %s '%.*s'; give it in %s",
+        return error_set(t->error, MR_MALFORMED, "%s: %s, line %u: %s '%.*s'; give the value in %s",
                          wrong.what, t->path, t->line, roles[role].name, CELL_SHOWN_MAX, text,
                          roles[role].units);
     return error_set(t->error, MR_MALFORMED,
@@ -215,8 +215,8 @@ static enum mr_status parse_line(struct readings_file *t, char *line)
     }
     if (cells != t->cell_count)
         return error_set(t->error, MR_MALFORMED,
-                         "%zu values for %zu columns: %s, line %u; give one value for each column, "
-                         "with a decimal point and commas between values",
+                         "the line has %zu values for %zu columns: %s, line %u; give one value for "
+                         "each column, with a decimal point and commas between values",
                          cells, t->cell_count, t->path, t->line);
     return parse_row(t, cell);
 }
@@ -745,10 +745,11 @@ enum mr_status push_fit(const struct push_series *series, struct push_errors gag
     w->series = series;
     w->gage_errors = gages;
     if (!compute_path(&w->path, series, gages.force_lb))
-        error_set(error, MR_TOO_FEW,
-                  "no force above its error: %s: test %s under %.4g lb: the error of the gage is "
-                  "%.3g lb; push harder, or give the correct error of the gage (--force-error)",
-                  series->path, series->name, series->load_lb, gages.force_lb);
+        error_set(
+            error, MR_TOO_FEW,
+            "all forces are below their error: %s: test %s under %.4g lb: the error of the gage is "
+            "%.3g lb; push harder, or give the correct error of the gage (--force-error)",
+            series->path, series->name, series->load_lb, gages.force_lb);
     else
         fit_series(w, expected_lb_in, stretch, fit);
     free(w);

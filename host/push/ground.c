@@ -32,28 +32,26 @@ static void add_law(struct answer *answer, const struct push_ground *ground)
     answer_add_value(answer, "log_odds", NULL, UNIT_NUMBER, ln, 1);
     switch (ground->law) {
     case PUSH_ELASTIC:
-        answer_add_sentence(
-            answer, NULL,
-            "Elastic ground: mats move before they slide. These readings are %s times "
-            "as likely as with Coulomb's rigid law.",
-            times);
+        answer_add_sentence(answer, NULL,
+                            "Elastic ground: mats move before they slide. The readings are %s "
+                            "times as likely with this law as with Coulomb's rigid law.",
+                            times);
         break;
     case PUSH_RIGID:
-        answer_add_sentence(
-            answer, NULL,
-            "Coulomb's rigid law: the mat does not move before it slides. These "
-            "readings are %s times as likely as with elastic ground of %.0f to %.0f "
-            "lb/ft per mat. No gear_ key is written.",
-            times, PUSH_EXPECTED_STIFFNESS_LB_FT * pow(10.0, -PUSH_PRIOR_DECADES),
-            PUSH_EXPECTED_STIFFNESS_LB_FT * pow(10.0, PUSH_PRIOR_DECADES));
+        answer_add_sentence(answer, NULL,
+                            "Coulomb's rigid law: the mat does not move before it slides. The "
+                            "readings are %s times as likely with this law as with elastic ground "
+                            "of %.0f to %.0f lb/ft per mat. The scene gets no gear_ key.",
+                            times, PUSH_EXPECTED_STIFFNESS_LB_FT * pow(10.0, -PUSH_PRIOR_DECADES),
+                            PUSH_EXPECTED_STIFFNESS_LB_FT * pow(10.0, PUSH_PRIOR_DECADES));
         break;
     default:
-        answer_add_sentence(
-            answer, NULL,
-            "Elastic ground cannot be distinguished from Coulomb's rigid law: the readings are %s "
-            "times as likely with %s as with the other law, but the factor must be %.0f. Push "
-            "harder (to 0.8 of the sliding force), or take more readings. No gear_ key is written.",
-            times, ln > 0.0 ? "elastic ground" : "the rigid law", PUSH_ODDS_MIN);
+        answer_add_sentence(answer, NULL,
+                            "Elastic ground cannot be distinguished from Coulomb's rigid law: the "
+                            "readings are %s times as likely with %s as with the other law, but a "
+                            "decision needs a factor of %.0f. Push harder (to 0.8 of the sliding "
+                            "force), or take more readings. The scene gets no gear_ key.",
+                            times, ln > 0.0 ? "elastic ground" : "the rigid law", PUSH_ODDS_MIN);
     }
 }
 
@@ -84,9 +82,8 @@ static void add_bounds(struct answer *answer, const struct push_ground *ground)
         answer_append_remark(answer, "; at least %.3f", ground->friction.interval.low);
         answer_add_value(answer, "f_at_least", NULL, UNIT_NUMBER, ground->friction.interval.low, 3);
     }
-    answer_add_text(
-        answer, NULL, "gear_damping",
-        "undetermined: readings at rest do not determine it; a scene uses 0.5 of critical");
+    answer_add_text(answer, NULL, "gear_damping",
+                    "not determined by readings at rest; a scene uses 0.5 of critical damping");
 }
 
 static void add_warnings(struct answer *answer, const struct push_ground *ground)
@@ -95,9 +92,9 @@ static void add_warnings(struct answer *answer, const struct push_ground *ground
     if (ground->has_excess_scatter)
         answer_add_sentence(
             answer, NULL,
-            "Neither law fits well: readings scatter %.1f times as much as their stated errors, "
-            "which happens by chance once in 1,000 tests. The intervals are wider by that factor. "
-            "Check the curves for a bend, a drift, or a rod that seats late.",
+            "Neither law fits well: the readings scatter %.1f times as much as their stated "
+            "errors, which happens by chance once in 1,000 tests. The intervals are wider by this "
+            "factor. Check the curves for a bend, a drift, or a rod that makes contact late.",
             ground->scatter);
     if (!isnan(rho->value) && rho->low > UNLOADING_RATIO_MAX)
         answer_add_sentence(
@@ -108,7 +105,7 @@ static void add_warnings(struct answer *answer, const struct push_ground *ground
     if (ground->law == PUSH_ELASTIC && ground->undetermined_count > 0)
         answer_add_sentence(answer, NULL,
                             "Left out: %zu test%s in which the mat moved too little to give a "
-                            "stiffness. Stiff places are therefore under-represented.",
+                            "stiffness. The results therefore underrepresent stiff places.",
                             ground->undetermined_count, ground->undetermined_count == 1 ? "" : "s");
 }
 
@@ -121,16 +118,15 @@ void push_add_law(struct answer *answer, const struct push_ground *ground,
     if (!isnan(k->value))
         answer_add_sentence(
             answer, NULL,
-            "For this rig: %.4g lb pressed %u mat%s, which moved as one (--mats). Their total "
-            "stiffness is %.4g lb/in; gear_k_lb_ft is that of one mat: 12 in/ft / %u of the total. "
-            "A contact area of a different length gives a different k.",
+            "In these tests, %.4g lb pressed %u mat%s, which moved as one (--mats). Their total "
+            "stiffness is %.4g lb/in; gear_k_lb_ft is the stiffness of one mat: 12 in/ft / %u of "
+            "the total. A contact area of a different length gives a different k.",
             ground->axle_load_lb, setting->mat_count, setting->mat_count == 1 ? "" : "s",
             k->value * setting->mat_count / IN_PER_FT, setting->mat_count);
     if (!isnan(k->value) && setting->mat_count == 1)
-        answer_add_sentence(
-            answer, NULL,
-            "A wheel whose contact is as long as a mat nearly always presses two mats. "
-            "If this is so on the rig, test over a joint, with --mats 2.");
+        answer_add_sentence(answer, NULL,
+                            "A wheel with a contact as long as a mat nearly always presses two "
+                            "mats. For such a wheel, test over a joint and give --mats 2.");
     answer_add_value(answer, "axle_load_lb", NULL, UNIT_NUMBER, ground->axle_load_lb, 1);
     answer_add_count(answer, "mats", NULL, (int64_t)setting->mat_count);
     answer_add_value(answer, "scatter", "scatter / stated error", UNIT_NUMBER, ground->scatter, 2);
@@ -294,7 +290,7 @@ static void bound_stiffness(const struct push_setting *setting, size_t count,
     for (size_t i = 0; i < count; i++)
         least = fmin(least, IN_PER_FT * ground->fit[i].k_lb_in.low / setting->mat_count);
     set_undetermined(&ground->k_lb_ft,
-                     "in every test, the mat moved less than the errors of the gages");
+                     "in every test, the mat moved by less than the errors of the gages");
     ground->k_lb_ft.interval.low = fmax(0.0, least);
 }
 
@@ -321,12 +317,12 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
     if (!two && fabs(log(low / ground->axle_load_lb)) > LOAD_RELATIVE_TOLERANCE) {
         char why[PUSH_REASON_SIZE];
         snprintf(why, sizeof why,
-                 "tested under %.4g lb, but an axle has %.4g lb: to find how stiffness depends on "
-                 "load, test under a second load",
+                 "the tests used %.4g lb, but an axle has %.4g lb: to find how stiffness depends "
+                 "on load, test under a second load",
                  low, ground->axle_load_lb);
         set_undetermined(&ground->k_lb_ft, why);
         set_undetermined(&ground->axle_law,
-                         "only one load: test also under twice the load of an axle");
+                         "the tests used only one load: test also under twice the load of an axle");
         return;
     }
     fit_with_best_spread(&p);
@@ -336,7 +332,7 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
     snprintf(
         ground->k_lb_ft.reason, PUSH_REASON_SIZE, "%zu push test%s, %s", p.count,
         p.count == 1 ? "" : "s",
-        more >= 2 ? "including the variation between places"
+        more >= 2 ? "which includes the variation between places"
         : p.spread > 0
             ? "which contradict each other"
             : "valid for these places only: three or more tests show the variation between places");
@@ -344,7 +340,7 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
         ground->spread = p.spread;
     if (!two) {
         set_undetermined(&ground->axle_law,
-                         "only one load: test also under twice the load of an axle");
+                         "the tests used only one load: test also under twice the load of an axle");
         return;
     }
     ground->axle_law.interval = make_interval(&p, 1);
@@ -366,14 +362,14 @@ static void find_unloading_ratio(const struct push_readings *readings, struct pu
     }
     if (p.count == 0) {
         set_undetermined(&ground->unloading_ratio,
-                         falling == 0 ? "no unloading: take readings also while unloading"
-                                      : "the stiffness is also undetermined");
+                         falling == 0 ? "no readings while unloading: read also while unloading"
+                                      : "the stiffness is not determined either");
         return;
     }
     fit_with_best_spread(&p);
     ground->unloading_ratio.interval = make_interval(&p, 0);
     snprintf(ground->unloading_ratio.reason, PUSH_REASON_SIZE,
-             "unloading readings of %zu push test%s", p.count, p.count == 1 ? "" : "s");
+             "readings while unloading, from %zu push test%s", p.count, p.count == 1 ? "" : "s");
 }
 
 static double compute_normal_force_lb(const struct push_setting *setting, double load_lb)
@@ -405,8 +401,8 @@ static void find_friction(const struct push_readings *readings, const struct pus
     }
     fit_with_best_spread(&p);
     ground->friction.interval = make_interval(&p, 0);
-    snprintf(ground->friction.reason, PUSH_REASON_SIZE, "%zu push test%s in which the mat slid",
-             p.count, p.count == 1 ? "" : "s");
+    snprintf(ground->friction.reason, PUSH_REASON_SIZE,
+             "from %zu push test%s in which the mat slid", p.count, p.count == 1 ? "" : "s");
 }
 
 /* Finds the scatter of the readings of all tests, relative to the stated errors of the gages. All
@@ -463,8 +459,8 @@ enum mr_status push_ground_estimate(const struct push_readings *readings,
         return error->status;
     if (!isfinite(ground->log_odds))
         return error_set(error, MR_NUMERICS,
-                         "not a finite number: %s: no law fits these readings; check their units "
-                         "and the errors of the gages",
+                         "no law fits the readings, because %s is not a finite number; check the "
+                         "units of the readings and the errors of the gages",
                          readings->series[0].path);
     find_stiffness(readings, setting, ground);
     find_unloading_ratio(readings, ground);

@@ -95,14 +95,13 @@ enum mr_status replay_board_check(const struct replay_board *board, struct error
 {
     if (access(board->elf_path, R_OK) != 0)
         return error_set(error, MR_IO,
-                         "no firmware image (%s): %s; build it with make all, install the package "
-                         "matrig, or name one "
-                         "with --elf",
+                         "no firmware image (%s): %s; build the image with make all, install the "
+                         "package matrig, or give an image with --elf",
                          strerror(errno), board->elf_path);
     if (access(board->program, X_OK) != 0)
         return error_set(error, MR_IO,
-                         "no emulated board (%s): %s; build it with make all, or install the "
-                         "package matrig-board",
+                         "no emulated board (%s): %s; build matrig-board with make all, or install "
+                         "the package matrig-board",
                          strerror(errno), board->program);
     return MR_OK;
 }
@@ -127,13 +126,15 @@ static enum mr_status run_board(const struct replay_board *board, const struct r
                          WTERMSIG(status), board->program);
     if (WEXITSTATUS(status) != 0)
         return error_set(
-            error, MR_IO, "the emulated board failed with exit code %d: %s; its message: %s",
+            error, MR_IO,
+            "the emulated board failed with exit code %d: %s; message of the board: %s",
             WEXITSTATUS(status), board->elf_path, output_fd[0] ? output_fd : "nothing");
     if (access(get_file_path(paths, FILE_CAN), R_OK) != 0 ||
         access(get_file_path(paths, FILE_SERIAL), R_OK) != 0)
-        return error_set(error, MR_IO,
-                         "the emulated board wrote no answers: %s; check that this is matrig-board",
-                         board->program);
+        return error_set(
+            error, MR_IO,
+            "the emulated board wrote no answers: %s; check that this program is matrig-board",
+            board->program);
     return MR_OK;
 }
 
@@ -221,10 +222,10 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
     if (status == MR_OK)
         status = store_landings_get(store, &landings, &count, error);
     if (status == MR_OK && count == 0)
-        status = error_set(
-            error, MR_TRUNCATED,
-            "the board reported no landing: %s; it runs a different firmware, or was not armed",
-            board->elf_path);
+        status = error_set(error, MR_TRUNCATED,
+                           "the board reported no landing: %s; check that it runs the right "
+                           "firmware and that the record begins before the arming",
+                           board->elf_path);
     if (status != MR_OK) {
         store_close(store);
         return status;

@@ -652,17 +652,18 @@ void diff_to_answer(const struct diff *diff, struct answer *answer)
                             " messages that depend on blocks before the record");
     add_uncompared_messages(
         answer, "circumstances", diff->excluded_messages, "not compared",
-        " messages about links, clock and chip, which a record cannot determine");
+        " messages about links, clock and chip, which a replay cannot reproduce");
     add_uncompared_messages(
         answer, "not_recorded", diff->unrecorded_messages, "not recorded",
-        " messages of the replay that are missing in the record because the log lost frames");
+        " messages of the replay that the record lacks, because the log lost frames");
     answer_add_count(answer, "late_blocks", NULL, diff->bus_delay_blocks);
     if (diff->bus_delay_blocks)
-        answer_add_sentence(answer, NULL,
-                            "the bus was full in the record or in the replay, so messages sent in "
-                            "rotation (channels, joints and others) were up to %lld ms late; only "
-                            "their order is compared, not their times or the frame counts",
-                            (long long)diff->bus_delay_blocks);
+        answer_add_sentence(
+            answer, NULL,
+            "messages sent in rotation (channels, joints and others) were up to %lld ms late, "
+            "because the bus was full in the record or in the replay; their order is compared, but "
+            "not their times and the frame counts",
+            (long long)diff->bus_delay_blocks);
     answer_add_text(answer, NULL, "result", "%lld of %lld fields differ, in %lld messages",
                     (long long)diff->differing_fields, (long long)diff->compared_fields,
                     (long long)diff->compared_messages);

@@ -82,8 +82,8 @@ static enum mr_status handle_frame(void *context, const struct store_frame *fram
         mr_hello_get(&hello, answer->data, info->length);
         if (hello.layout != MR_LAYOUT)
             return error_set(loading->error, MR_VERSION,
-                             "recorded in layout %u, but this matrig uses layout %u: RUN %lld of "
-                             "%s; use the matrig version that recorded it",
+                             "the record uses layout %u, but this matrig uses layout %u: RUN %lld "
+                             "of %s; use the matrig version that recorded the landing",
                              hello.layout, MR_LAYOUT, (long long)loading->run, loading->path);
     }
     return MR_OK;
@@ -96,7 +96,7 @@ static enum mr_status handle_block(void *context, const uint8_t *record, size_t 
     struct board_messages *answers = loading->answers;
     if (answers->block_count == loading->capacity)
         return error_set(loading->error, MR_MALFORMED,
-                         "block records were added during reading: RUN %lld of %s; wait until no "
+                         "the campaign changed while it was read: RUN %lld of %s; wait until no "
                          "program writes to the campaign",
                          (long long)loading->run, loading->path);
     if (mr_block_decode(&answers->block[answers->block_count], record, length) != MR_OK)
@@ -193,12 +193,12 @@ static enum mr_status check_complete(const struct board_messages *recorded, cons
             (long long)landing->id, path);
     if (landing->armed_block == STORE_NONE)
         return error_set(error, MR_TRUNCATED,
-                         "the record begins after arming: RUN %lld of %s; to replay a landing, "
-                         "start its log before you arm the board",
+                         "the record begins after the arming: RUN %lld of %s; to replay a landing, "
+                         "start the log before you arm the board",
                          (long long)landing->id, path);
     if (landing->clock_source > HELLO_CLOCK_INTERNAL)
         return error_set(error, MR_NOT_NOW,
-                         "recorded without PLL, so nothing was measured: RUN %lld of %s; replay a "
+                         "the board ran without PLL and measured nothing: RUN %lld of %s; replay a "
                          "different landing",
                          (long long)landing->id, path);
     if ((int64_t)recorded->block[0].index > landing->armed_block)
@@ -209,14 +209,14 @@ static enum mr_status check_complete(const struct board_messages *recorded, cons
                     (int64_t)recorded->block[i].index - 1);
     }
     if (record_gaps.total_blocks)
-        return error_set(
-            error, MR_TRUNCATED,
-            "cannot be replayed, because %lld blocks are lost: RUN %lld of %s, first blocks %lld "
-            "to %lld (%.3f s to %.3f s); complete the landing from the black box",
-            (long long)record_gaps.total_blocks, (long long)landing->id, path,
-            (long long)record_gaps.first_gap_start, (long long)record_gaps.first_gap_end,
-            (double)record_gaps.first_gap_start / 1e3,
-            (double)(record_gaps.first_gap_end + 1) / 1e3);
+        return error_set(error, MR_TRUNCATED,
+                         "the record lacks %lld blocks: RUN %lld of %s, first blocks %lld to %lld "
+                         "(%.3f s to %.3f s); complete the landing from the black box",
+                         (long long)record_gaps.total_blocks, (long long)landing->id, path,
+                         (long long)record_gaps.first_gap_start,
+                         (long long)record_gaps.first_gap_end,
+                         (double)record_gaps.first_gap_start / 1e3,
+                         (double)(record_gaps.first_gap_end + 1) / 1e3);
     return MR_OK;
 }
 
@@ -436,10 +436,10 @@ static enum mr_status write_command_lines(struct replay_writer *writer, struct s
     input->command_count = commands.count;
     free(commands.row);
     return fits ? MR_OK
-                : error_set(
-                      error, MR_MALFORMED,
-                      "more commands than the board accepts: RUN %lld of %s; the record is damaged",
-                      (long long)recorded->landing.id, store_path(store));
+                : error_set(error, MR_MALFORMED,
+                            "the record has more commands than the board accepts: RUN %lld of %s; "
+                            "use a different copy of the campaign",
+                            (long long)recorded->landing.id, store_path(store));
 }
 
 /* ---- edges ---- */

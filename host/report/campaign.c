@@ -109,7 +109,8 @@ static void write_summary(const struct report *report, FILE *out)
         "error that the configuration states; this error was not measured",
         out);
     write_mark_note(report, "calibration unknown",
-                    "Calibration unknown: the configuration of the board was not read", out);
+                    "Calibration unknown, because the configuration of the board was not read",
+                    out);
 }
 
 /* ---- cumulative displacement (figs. 4.5, 4.6, 5.2 of the 1973 report) ---- */
@@ -166,7 +167,7 @@ static void draw_profiles(FILE *out, const struct profile *profiles, size_t coun
         look += named;
     }
     figure_end(&figure, NULL, "%s%s", caption,
-               step > 1 ? " Thin lines: landings that the legend omits." : "");
+               step > 1 ? " Thin lines are landings that the legend omits." : "");
 }
 
 static void write_profile_table(FILE *out, const struct profile *profiles, size_t count, bool si)
@@ -266,16 +267,17 @@ static void write_cumulative_displacement(const struct report *report, FILE *out
     }
     if (series > 1) {
         fputs("<h3>Comparison of the series</h3>\n", out);
-        draw_profiles(out, last, series, "cumulative displacement",
-                      "cumulative displacement against station, of each series",
-                      "Sum over each series. Compare fig. 5.2 of the 1973 report.", si);
+        draw_profiles(
+            out, last, series, "cumulative displacement",
+            "cumulative displacement against station, of each series",
+            "Sum of the displacements in each series. Compare fig. 5.2 of the 1973 report.", si);
     }
     for (size_t i = 0; i < report->landings; i++)
         make_displacement_profile(&report->facts[i], NULL, true, &profile[i]);
     fputs("<h3>Peak movement</h3>\n", out);
     draw_profiles(out, profile, report->landings, "peak movement",
                   "peak movement against station, one line per landing",
-                  "Largest movement during each landing, by station.", si);
+                  "Largest movement during each landing against station.", si);
     free(profile);
     free(last);
 }
@@ -356,10 +358,10 @@ static void write_zone_maps(const struct report *report, FILE *out)
 {
     static const char *const keys[] = {"warned",   "zone warned of",
                                        "reported", "longest reported zone, without a warning",
-                                       "closed",   "measured closed at the end",
+                                       "closed",   "mats measured as closed at the end",
                                        "behind",   "last zone reported",
                                        "stop",     "stop of the wheel",
-                                       "seen",     "panels covered by an observed wave or break",
+                                       "seen",     "panels with an observed wave or break",
                                        NULL};
     for (size_t first = 0; first < report->landings; first += ZONE_ROWS_PER_PLOT) {
         size_t left = report->landings - first;
@@ -580,10 +582,10 @@ static void write_predictor(const struct report *report, FILE *out)
         write_landings_table(
             report, out,
             "First warning: seconds after touchdown on the board's clock, exact to 1 ms. First "
-            "zone: the zone that the board reported with its first warning, of any length; the "
-            "reason may be a zone that the model expects later. For the lead time to 50 closed "
-            "mats, see Warnings and their outcome. The absence of a warning does not make a "
-            "landing safe.",
+            "zone: the zone of any length that the board reported with its first warning; the "
+            "reason for the warning may be a zone that the model expects later. For the lead time "
+            "to 50 closed mats, see Warnings and their outcome. A landing without a warning is not "
+            "necessarily safe.",
             add_predictor_row);
 }
 

@@ -179,12 +179,11 @@ static void write_speed(const struct report *report, const struct report_landing
         if (measured->track->gate_count >= TRACK_RESIDUAL_GATES_MIN)
             draw_residuals(&figure, measured->track, axes);
     }
-    figure_end(
-        &figure, keys,
-        "Curve: smoothed through the switches; how smooth, the switches decide. Deceleration: "
-        "mean over about the time between two switches; faster changes, as by anti-skid, are not "
-        "in the bands. Residual: station of a switch minus "
-        "its prediction from the other switches, with 95 %% interval.");
+    figure_end(&figure, keys,
+               "Curve: smoothed through the switches, which also determine the amount of "
+               "smoothing. Deceleration: mean over about the time between two switches; the bands "
+               "do not include faster changes, such as by anti-skid. Residual: station of a switch "
+               "minus its prediction from the other switches, with 95 %% interval.");
 }
 
 /* ---- the mat ---- */
@@ -316,8 +315,8 @@ static void write_movement_by_wheel_distance(const struct report *report,
     }
     figure_end(
         &figure, NULL,
-        "One line for each transducer, named by its station, while the gear rolls. The wheel "
-        "approaches from the right; behind the wheel the distance is negative.");
+        "One line for each transducer while the gear rolls; the name of a line is the station. The "
+        "wheel approaches from the right; behind the wheel the distance is negative.");
 }
 
 #define WHEEL_PATH_POINTS           200
@@ -401,7 +400,7 @@ static void write_zone_map(const struct report *report, const struct report_land
     char doubt[ZONES_REASON_SIZE], caption[200] = "";
     const struct zone_warning *warning = &landing->summary.zones.warning;
     const char *keys[] = {"closed", "closed segments ahead of the wheel",
-                          "behind", "closed segments behind it",
+                          "behind", "closed segments behind the wheel",
                           "sensor", "transducers",
                           "warned", "zone reported, warning on",
                           "lead",   "first warning",
@@ -668,8 +667,8 @@ static void write_channels(const struct report *report, const struct report_land
         summary_add_channels(measured, MR_KIND_DISPLACEMENT, "", answer);
         answer_add_sentence(
             answer, NULL,
-            "Peaks are extremes of an %d ms moving mean; the end is the mean of the last "
-            "%d ms. \xc2\xb1 is one standard error: calibration and noise.",
+            "Peaks are extremes of an %d ms moving mean; the end is the mean of the last %d ms. "
+            "\xc2\xb1 is one standard error, which includes calibration and noise.",
             MEASURED_MEAN_BLOCKS, MEASURED_FINAL_MEAN_BLOCKS);
         summary_add_channels(measured, MR_KIND_TENSION, "", answer);
     }

@@ -205,7 +205,7 @@ static void write_date_item(const struct report *report, FILE *out)
         }
         write_local_time(first_us, last_us, out);
     } else if (report->landings) {
-        write_missing_value(out, "not known", "read from a recording without times of day");
+        write_missing_value(out, "not known", "the recording contains no times of day");
     } else {
         fputs("no landing", out);
     }
@@ -352,7 +352,7 @@ static void write_zones_item(const struct report *report, bool *of, FILE *out)
             longest = facts;
     }
     if (watched == 0)
-        fputs("not known: no board recorded it", out);
+        fputs("not known, because no board recorded the landing", out);
     else if (warned == 0)
         fputs("none", out);
     else if (!report->run) {
@@ -364,7 +364,7 @@ static void write_zones_item(const struct report *report, bool *of, FILE *out)
         write_zone(&longest->longest_warned_zone, report->si, out);
     }
     if (unheard)
-        fprintf(out, " <small>%zu more may have had a warning that the log missed</small>",
+        fprintf(out, " <small>landings in which the log may have missed a warning: %zu</small>",
                 unheard);
     end_item(out);
 }
@@ -699,10 +699,9 @@ void report_add_calibration(const struct report_landing *landing, struct answer 
         answer_add_sentence(answer, NULL, "Configuration %.*s, revision %u.",
                             (int)sizeof site->name, site->name, site->revision);
     } else
-        answer_add_sentence(
-            answer, NULL,
-            "The configuration of the board was not read (matrig log reads it over a "
-            "two-way link).");
+        answer_add_sentence(answer, NULL,
+                            "The configuration of the board was not read (matrig log reads the "
+                            "configuration over a two-way link).");
     add_calibrations(landing, answer);
     answer_close_group(answer);
 }

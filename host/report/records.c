@@ -104,7 +104,7 @@ static void write_pictures(const struct report *report, int64_t run, FILE *out)
         FILE *file = path ? fopen(path, "rb") : NULL;
         const size_t count = file ? fread(bytes, 1, sizeof bytes, file) : 0;
         if (count == sizeof bytes && fseek(file, 0, SEEK_END) == 0)
-            error_set(&error, MR_LIMIT, "%s has %.1f MB, and the limit is %d MB", name,
+            error_set(&error, MR_LIMIT, "%s has %.1f MB, but the limit is %d MB", name,
                       1e-6 * (double)ftell(file), PICTURE_MB_MAX);
         fprintf(out, "<figure><figcaption>Record %lld: ", (long long)entry->row.id);
         html_write_text(out, shows ? shows : name);

@@ -18,7 +18,7 @@ const char *report_problem_text(unsigned i)
         "missed or late warning",
         "false warning",
         "the first switch edges are missing",
-        "speed or stop is not known",
+        "speed or stop is unknown",
         "a transducer or gage was not valid",
         "the board reported a fault",
         "frames were lost, or a link was silent",

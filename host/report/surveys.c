@@ -173,10 +173,10 @@ void report_write_surveys(const struct report *report, FILE *out)
         draw_changes_since_first(&figure, since, loaded, false);
         draw_changes_since_first(&figure, since, loaded, true);
         figure_end(&figure, NULL,
-                   "First two plots: change from survey %lld to survey %lld of each gage line: "
-                   "length of ten mats, and movement downfield. Last two plots: change from survey "
-                   "%lld to the newest surveys: total movement (mean of the lines), and in-plane "
-                   "bow (dotted: limits).",
+                   "The first two plots show the change from survey %lld to survey %lld on each "
+                   "gage line: length of ten mats, and movement downfield. The last two plots show "
+                   "the change from survey %lld to the newest surveys: total movement (mean of the "
+                   "lines), and in-plane bow (dotted: limits).",
                    (long long)found->previous_survey, (long long)survey->row.id,
                    (long long)found->first_survey);
     }

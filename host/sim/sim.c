@@ -36,7 +36,8 @@ static enum mr_status check_options(const struct sim_scene *scene,
         return error_set(error, MR_USAGE, "step out of range: dt %g s; give 0 to 1e+06 s",
                          options->dt_s);
     if (!(options->time_limit_s >= 0.0))
-        return error_set(error, MR_USAGE, "limit out of range: %g s; give 0 (no limit) or more",
+        return error_set(error, MR_USAGE,
+                         "computing limit out of range: %g s; give 0 (no limit) or more",
                          options->time_limit_s);
     if (options->rtol != 0.0 && !(options->rtol >= 1e-13 && options->rtol <= (chain ? 1.0 : 0.01)))
         return error_set(error, MR_USAGE, "tolerance out of range: rtol %g; give %s", options->rtol,
@@ -44,11 +45,12 @@ static enum mr_status check_options(const struct sim_scene *scene,
     if (!(options->sample_dt_s >= 0.0) ||
         (options->sample_dt_s > 0.0 && run_s / options->sample_dt_s > 1e7))
         return error_set(error, MR_USAGE,
-                         "sampling out of range: every %g s; give at most 1e7 samples",
+                         "sampling interval out of range: %g s; give at most 1e7 samples",
                          options->sample_dt_s);
     for (size_t i = 0; i < options->station_count; i++) {
         if (!(options->station_ft[i] >= 0.0 && options->station_ft[i] <= runway_ft * (1.0 + 1e-9)))
-            return error_set(error, MR_USAGE, "no such station: %g ft; the runway is %g ft long",
+            return error_set(error, MR_USAGE,
+                             "no such station: %g ft; give at most %g ft, the length of the runway",
                              options->station_ft[i], runway_ft);
     }
     return MR_OK;
@@ -62,11 +64,13 @@ static void format_reason(const struct sim_result *result, const struct sim_scen
                  (strcmp(result->solver, "staggered") == 0 || strcmp(result->solver, "rk4") == 0);
     bool underflow = result->status == SIM_STEP_UNDERFLOW;
     if (result->status == SIM_FOLDED)
-        snprintf(why, size, "turned beyond 85 degrees; reduce the thrust, or give a smaller tend");
+        snprintf(why, size,
+                 "the mat turned beyond 85 degrees; reduce the thrust, or give a smaller tend");
     else if (!given && underflow && scene->friction_law == SIM_FRICTION_SIGN &&
              scene->friction > 0.0)
         snprintf(why, size,
-                 "friction law sign chatters around rest; give friction stick, its exact form");
+                 "the friction law sign chatters around rest; give friction stick, the exact form "
+                 "of this law");
     else if (!given && underflow)
         snprintf(why, size,
                  "solver %s makes no progress; give another solver, a looser rtol or an earlier "
@@ -79,8 +83,8 @@ static void format_reason(const struct sim_result *result, const struct sim_scen
                  result->solver);
     else if (underflow)
         snprintf(why, size,
-                 "runs still differ with a step of %g s; give --solver event, a larger rtol or a "
-                 "smaller tend",
+                 "the runs still differ with a step of %g s; give --solver event, a larger rtol or "
+                 "a smaller tend",
                  result->dt_s);
     else if (result->dt_s > result->dt_limit_s)
         snprintf(why, size,
@@ -98,20 +102,21 @@ static void format_failure(const struct sim_result *result, const struct sim_sce
     char why[160];
     int nine = sim_time_digits(result->start_s, 9), six = sim_time_digits(result->start_s, 6);
     if (result->status == SIM_INTERRUPTED && deadline->is_exceeded) {
-        error_set(error, MR_NUMERICS,
-                  "interrupted: %s: at %.*g of %.*g s, by the computing limit of %g s; the result "
-                  "ends at that time; give a longer limit, an earlier tend or a looser rtol",
-                  name, nine, result->t_s, nine, result->t_end_s,
-                  deadline->caller_options->time_limit_s);
+        error_set(
+            error, MR_NUMERICS,
+            "interrupted: %s: the run stopped at %.*g of %.*g s, by the computing limit of %g s; "
+            "the result ends at that time; give a longer limit, an earlier tend or a looser rtol",
+            name, nine, result->t_s, nine, result->t_end_s, deadline->caller_options->time_limit_s);
     } else if (result->status == SIM_INTERRUPTED) {
-        error_set(error, MR_NUMERICS,
-                  "interrupted: %s: at %.*g of %.*g s; the result ends at that time", name, nine,
-                  result->t_s, nine, result->t_end_s);
+        error_set(
+            error, MR_NUMERICS,
+            "interrupted: %s: the run stopped at %.*g of %.*g s; the result ends at that time",
+            name, nine, result->t_s, nine, result->t_end_s);
     } else if (result->status == SIM_UNPREDICTABLE) {
         error_set(error, MR_NUMERICS,
-                  "unpredictable: %s: beyond %.*g s, first at mat %d: %d runs that should agree "
-                  "diverge there, by up to %.2g ft of movement and %.2g ft of lift; a finer step "
-                  "does not help; give a smaller tend",
+                  "unpredictable: %s: beyond %.*g s, first at mat %d, %d runs that should agree "
+                  "diverge by up to %.2g ft of movement and %.2g ft of lift; give a smaller tend, "
+                  "because a finer step does not help",
                   name, six, result->t_s, result->mat, result->diverging_run_count,
                   result->error_u_ft, result->error_lift_ft);
     } else {
@@ -158,7 +163,7 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
     if (scene->model == SIM_MODEL_CHAIN && scene->friction_law != SIM_FRICTION_NONE &&
         scene->friction_normal == SIM_NORMAL_SOIL)
         return error_set(error, MR_USAGE,
-                         "the chain model has no soil: %s: friction_normal is soil; set "
+                         "friction_normal is soil, but model chain has no soil: %s; set "
                          "friction_normal to weight",
                          where);
     struct sim_scene shifted;
@@ -247,7 +252,7 @@ static void add_bands(struct answer *answer, const struct mods_state *s)
         out += s->band_pulled_out[i] != 0.0;
     answer_add_value(answer, NULL, "least tension", UNIT_TENSION, fmax(0.0, s->band_min_lb[least]),
                      -4);
-    answer_append_remark(answer, ", in segment %zu of %zu; %zu went slack", least + 1,
+    answer_append_remark(answer, ", in segment %zu of %zu; %zu segments became slack", least + 1,
                          s->segment_count, slack);
     answer_add_value(answer, NULL, "largest tension", UNIT_TENSION, s->band_max_lb[most], -4);
     answer_append_remark(answer, ", in segment %zu", most + 1);
@@ -271,7 +276,7 @@ static void add_cleats(struct answer *answer, const struct mods_state *s)
                     numbers_to_json(s->cleat_remaining_share, s->cleat_count));
     answer_add_value(answer, NULL, "holding force of cleats", UNIT_NUMBER,
                      sum / (double)s->cleat_count, -3);
-    answer_append_remark(answer, " of the initial force is left on average, %.3g on mat %.0f",
+    answer_append_remark(answer, " of the initial force remains on average, %.3g on mat %.0f",
                          s->cleat_remaining_share[worst], s->cleat_mat[worst]);
 }
 
@@ -429,7 +434,8 @@ static void add_extremes(struct answer *answer, const struct sim_scene *scene,
     answer_open_group(answer, "error_estimate", interrupted ? NULL : "");
     answer_add_value(answer, "u", "error of movement", UNIT_MOVEMENT,
                      error_or_nan(result, result->error_u_ft), -2);
-    answer_append_remark(answer, ", estimated against steps of %.4g s", result->checked_dt_s);
+    answer_append_remark(answer, ", estimated by comparison with steps of %.4g s",
+                         result->checked_dt_s);
     answer_add_value(answer, "lift", lifts ? "error of lift" : NULL, UNIT_MOVEMENT,
                      error_or_nan(result, result->error_lift_ft), -2);
     answer_close_group(answer);
@@ -473,14 +479,13 @@ struct answer *sim_to_answer(const struct sim_scene *scene, const struct sim_res
     answer_add_text(answer, "status", "status", "%s", sim_status_name(result->status));
     if (result->status == SIM_INTERRUPTED)
         answer_append_remark(answer,
-                             " at %.*g s: the results below are unchecked and end at this time",
+                             " at %.*g s; the results below are unchecked and end at this time",
                              six, result->t_s);
     if (result->status == SIM_UNPREDICTABLE)
-        answer_append_remark(
-            answer,
-            " beyond %.*g s: after this time, runs with different steps disagree; the errors "
-            "are the differences between these runs",
-            six, result->t_s);
+        answer_append_remark(answer,
+                             " beyond %.*g s, because runs with different steps disagree after "
+                             "this time; the errors are the differences between these runs",
+                             six, result->t_s);
     if (result->status != SIM_OK) {
         answer_add_count(answer, "mat", NULL, result->mat);
         answer_add_value(answer, "t", NULL, UNIT_TIME, result->t_s, -six)->digits = twelve;

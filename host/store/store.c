@@ -140,8 +140,8 @@ static enum mr_status check_schema(struct store *store, struct error *error)
     if (has_expected_schema(store->database, what))
         return MR_OK;
     return error_set(error, MR_MALFORMED,
-                     "the tables of the campaign are not those of matrig (%s): %s; drop the "
-                     "foreign tables with sqlite3, or use an earlier copy",
+                     "the campaign has tables that matrig did not create (%s): %s; remove these "
+                     "tables with sqlite3, or use an earlier copy",
                      what, store->path);
 }
 
@@ -256,11 +256,10 @@ static enum mr_status lock_for_log(struct store *store, struct error *error)
                          strerror(errno), store->path);
     }
     if (flock(store->lock_fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-        return error_set(
-            error, MR_IO,
-            "another program writes to this campaign (matrig log): %s; end it first, or "
-            "give a different database",
-            store->path);
+        return error_set(error, MR_IO,
+                         "another program writes to this campaign (matrig log): %s; end that "
+                         "program first, or give a different database",
+                         store->path);
     return MR_OK;
 }
 

@@ -261,7 +261,8 @@ static enum mr_status write_image(const struct store_bundled *row, const char *p
     FILE *file = fopen(path, "wb");
     bool written = file && fwrite(row->image.data, row->image.length, 1, file) == 1;
     if ((file && fclose(file) != 0) || !written)
-        return error_set(error, MR_IO, "cannot write: %s; check the free disk space", path);
+        return error_set(error, MR_IO, "cannot write the bundle: %s; check the free disk space",
+                         path);
     return MR_OK;
 }
 
@@ -282,10 +283,10 @@ enum mr_status store_bundle_extract(struct store *store, int64_t run, const char
     SHA256Data(row.image.length ? row.image.data : "", row.image.length, image);
     bool record_changed = strcmp(record, row.record_sha256) != 0;
     if (record_changed || strcmp(image, row.image_sha256) != 0)
-        status =
-            error_set(error, MR_CRC,
-                      "the %s of the bundle changed since it was written: %s; get the bundle again",
-                      record_changed ? "record" : "image", store->path);
+        status = error_set(error, MR_CRC,
+                           "the %s of the bundle was changed after the bundle was written: %s; get "
+                           "the bundle again",
+                           record_changed ? "record" : "image", store->path);
     *found = status == MR_OK && row.image.length > 0;
     if (*found)
         status = write_image(&row, path, error);

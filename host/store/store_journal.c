@@ -65,7 +65,8 @@ enum mr_status store_check_not_void(struct store *store, int64_t run, bool allow
     enum mr_status status = store_is_void(store, run, &is_void, reason, error);
     if (status != MR_OK || !is_void || allowed)
         return status;
-    return error_set(error, MR_NOT_NOW, "RUN %lld is void (%s): %s; to use it anyway, give --void",
+    return error_set(error, MR_NOT_NOW,
+                     "RUN %lld is void (%s): %s; to use this landing anyway, give --void",
                      (long long)run, reason, store->path);
 }
 
@@ -98,8 +99,8 @@ enum mr_status store_observation_withdraw(struct store *store, int64_t run, int6
                            (long long)id, (long long)run, store->path);
     if (status == MR_OK && strlen(reason) >= STORE_JOURNAL_TEXT_SIZE)
         status = error_set(error, MR_TOO_LONG,
-                           "reason too long: withdrawal of observation %lld of RUN %lld; give at "
-                           "most %d characters",
+                           "the reason is too long: withdrawal of observation %lld of RUN %lld; "
+                           "give at most %d characters",
                            (long long)id, (long long)run, STORE_JOURNAL_TEXT_SIZE - 1);
     if (status != MR_OK)
         return status;

@@ -95,7 +95,8 @@ enum mr_status store_session_get(struct store *store, int64_t session,
     enum mr_status status = STORE_READ_ONE(store, error, SESSION_GET, row, STORE_BIND(session));
     return status != MR_TOO_FEW ? status
                                 : error_set(error, MR_MALFORMED,
-                                            "session %lld is missing: %s; the database is damaged",
+                                            "session %lld is missing: %s; the database is damaged, "
+                                            "use a different copy of the campaign",
                                             (long long)session, store->path);
 }
 

@@ -122,11 +122,11 @@ enum mr_status store_check_writable(const char *path, struct error *error)
     if ((exists && access(path, W_OK) != 0) || access(folder, W_OK | X_OK) != 0) {
         number = errno;
         store_describe_file_system(path, system);
-        return error_set(
-            error, MR_IO, "cannot write (%s; %s): %s; %s", strerror(number), system, path,
-            exists ? "matrig show, report and export can read it; to write to it, copy "
-                     "it to a writable folder"
-                   : "give a writable folder");
+        return error_set(error, MR_IO, "cannot write (%s; %s): %s; %s", strerror(number), system,
+                         path,
+                         exists ? "matrig show, report and export can read the campaign; to write "
+                                  "to the campaign, copy it to a writable folder"
+                                : "give a writable folder");
     }
     snprintf(name, sizeof name, "%s/.matrig-probe-%ld", folder, (long)getpid());
     int fd = open(name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
@@ -139,8 +139,8 @@ enum mr_status store_check_writable(const char *path, struct error *error)
         return MR_OK;
     store_describe_file_system(path, system);
     return error_set(error, MR_IO,
-                     "this file system has no %s (%s; %s), which a campaign needs: %s; log to a "
-                     "local disk, and copy the campaign there afterwards",
+                     "a campaign needs %s, which this file system does not provide (%s; %s): %s; "
+                     "log to a local disk and copy the campaign afterwards",
                      lacks, strerror(number), system, path);
 }
 

@@ -119,7 +119,8 @@ enum mr_status store_check_integrity(struct store *store, double duration_max_s,
     const char *text = step == SQLITE_ROW ? (const char *)sqlite3_column_text(s, 0) : NULL;
     *complete = text && strcmp(text, "ok") == 0;
     if (text && !*complete)
-        status = error_set(error, MR_MALFORMED, "damaged (%s): %s; begin a new campaign", text,
+        status = error_set(error, MR_MALFORMED,
+                           "the campaign is damaged (%s): %s; begin a new campaign", text,
                            store->path);
     else if (step != SQLITE_ROW && step != SQLITE_INTERRUPT)
         status = store_set_error(store, "check", error);

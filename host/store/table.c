@@ -382,14 +382,14 @@ enum mr_status store_set_error(struct store *store, const char *action, struct e
             "not a campaign database, or damaged (%s): %s; give a database that matrig log created",
             text, store->path);
     case SQLITE_INTERRUPT:
-        return error_set(
-            error, MR_MALFORMED,
-            "more data than the file can hold: %s; the campaign is damaged, use an earlier copy",
-            store->path);
+        return error_set(error, MR_MALFORMED,
+                         "the campaign is damaged, because its tables refer to more data than the "
+                         "file can contain: %s; use an earlier copy",
+                         store->path);
     case SQLITE_TOOBIG:
         return error_set(error, MR_MALFORMED,
-                         "a value longer than any that matrig writes (%s): %s; the campaign is "
-                         "damaged, use an earlier copy",
+                         "the campaign is damaged, because it contains a value that is too long "
+                         "(%s): %s; use an earlier copy",
                          text, store->path);
     case SQLITE_FULL:
         return error_set(error, MR_FULL, "cannot %s (%s; %s): %s; free space on the disk", action,
@@ -509,10 +509,10 @@ static void check_columns(sqlite3_stmt *statement, const struct store_table *tab
             continue;
         const char *is = sqlite3_column_name(statement, at++);
         if (!is || strcmp(is, column->field) != 0)
-            abort_invalid_statement(name, "its columns differ from the fields of its struct");
+            abort_invalid_statement(name, "the columns differ from the fields of the struct");
     }
     if (sqlite3_column_count(statement) != at)
-        abort_invalid_statement(name, "it has more columns than its struct");
+        abort_invalid_statement(name, "the statement has more columns than the struct");
 }
 
 static enum mr_status prepare_statement(struct store *store, struct error *error,
@@ -629,7 +629,8 @@ static enum mr_status bind_statement(struct store *store, struct error *error,
     if (status != MR_OK)
         return status;
     if (sqlite3_bind_parameter_count(store->statement[which]) != (int)count)
-        abort_invalid_statement(statements[which].name, "it takes a different number of values");
+        abort_invalid_statement(statements[which].name,
+                                "the statement has a different number of parameters");
     return bind_values(store->statement[which], values, count) == SQLITE_OK
              ? MR_OK
              : store_set_error(store, "use", error);
@@ -685,7 +686,7 @@ static void check_no_pointers(enum store_statement which)
         if (table->columns[i].kind == STORE_TEXT_POINTER || table->columns[i].kind == STORE_BLOB)
             abort_invalid_statement(
                 statements[which].name,
-                "its rows have pointers, which are valid only until the next row");
+                "the rows have pointers, which are valid only until the next row");
     }
 }
 

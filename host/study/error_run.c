@@ -70,9 +70,9 @@ static void add_runs(struct answer *answer, const struct error_study *study)
     }
     answer_close_group(answer);
     if (beyond)
-        answer_add_sentence(
-            answer, NULL,
-            "beyond the limit: the step exceeds the stability limit, and `matrig sim` refuses it");
+        answer_add_sentence(answer, NULL,
+                            "beyond the limit: the step exceeds the stability limit, so `matrig "
+                            "sim` refuses this step");
 }
 
 static json_t *slope_to_json(const struct error_slope *slope)
@@ -88,10 +88,12 @@ static void format_slope(const char *what, const struct error_slope *slope,
                          const struct error_order *order, char *text, size_t size)
 {
     if (slope->point_count == 0)
-        snprintf(text, size, "%s: too few errors to fit, or too similar run times", what);
+        snprintf(text, size,
+                 "%s: the runs have too few errors for a fit, or run times that are too similar",
+                 what);
     else if (slope->scatter > ERROR_SCATTER_MAX)
-        snprintf(text, size, "%s: no power law (%d runs, scatter %.2f decades)", what,
-                 slope->point_count, slope->scatter);
+        snprintf(text, size, "%s: the errors of %d runs follow no power law (scatter %.2f decades)",
+                 what, slope->point_count, slope->scatter);
     else
         snprintf(text, size, "%s: %.2f (%d runs, %s %.3g to %.3g, scatter %.2f decades)", what,
                  slope->slope, slope->point_count, order->is_step_order ? "dt" : "rtol",
@@ -245,7 +247,7 @@ static enum mr_status write_plot(const char *path, const char *name,
 static void show_progress(void *ctx, size_t started_run_count)
 {
     if (started_run_count == 0)
-        progress_set(ctx, "reference: refining two methods until they agree");
+        progress_set(ctx, "reference: refinement of two methods until they agree");
     else
         progress_set(ctx, "run %zu, compared with the reference", started_run_count);
 }

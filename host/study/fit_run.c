@@ -17,7 +17,7 @@
 #include "host/base/xmalloc.h"
 #include "host/study/fit/landings.h"
 
-_Static_assert(ENSEMBLE_DRAWS_MIN == FIT_DRAWS_MIN, "the option and the fit agree");
+_Static_assert(ENSEMBLE_DRAWS_MIN == FIT_DRAWS_MIN, "the option and the fit have the same limit");
 
 static void read_request(int argc, char **argv, const struct cli *cli, struct fit_request *request)
 {
@@ -93,7 +93,7 @@ static void set_priors(const char *text, struct fit_landings *list)
                       "f=0.5:0.02",
                       (int)whole, text, *unit ? unit : "no unit");
         if (given[key])
-            error_set(fatal, MR_USAGE, "given twice: %s in --prior; leave one out",
+            error_set(fatal, MR_USAGE, "--prior gives %s twice; leave one out",
                       fit_parameter_names[key].key);
         given[key] = true;
         list->parameter[key].value = value;
@@ -126,10 +126,10 @@ static void add_all_landings(struct store *store, const struct fit_request *requ
         error_set(fatal, left_out ? last.status : MR_TOO_FEW, "no landing to fit: %s: %s",
                   request->words[0],
                   left_out ? last.text
-                           : "the campaign has none; log a landing with at least 3 switches, a "
-                             "stop and a transducer");
+                           : "the campaign has no landing; log a landing with at least 3 switches, "
+                             "a stop and a transducer");
     else if (left_out)
-        cli_note(cli, "landings left out: %zu; reason for the last: %s", left_out, last.text);
+        cli_note(cli, "landings left out: %zu; reason for the last one: %s", left_out, last.text);
 }
 
 /* Adds the landings that the user named. Refuses a landing that is named twice, which would make
@@ -143,7 +143,7 @@ static void add_named_landings(struct store *store, const struct fit_request *re
         store_find_run(store, &runs[i], fatal);
         for (size_t k = 0; k < i; k++) {
             if (runs[k] == runs[i])
-                error_set(fatal, MR_USAGE, "given twice: RUN %s; leave one out",
+                error_set(fatal, MR_USAGE, "RUN %s is given twice; leave one out",
                           request->words[i + 1]);
         }
         fit_campaign_add(store, runs[i], request->scene, list, fatal);
@@ -186,10 +186,11 @@ static void add_landings(struct answer *answer, const struct fit_landings *list)
         snprintf(run, sizeof run, "RUN %lld", (long long)landing->run);
         answer_add_text(
             answer, NULL, run,
-            "%zu transducers, %zu statistics, %zu segments surveyed before the landing "
-            "(%zu from gage points), %zu after%s",
+            "%zu transducers, %zu statistics, %zu segments surveyed before the landing (%zu from "
+            "gage points), %zu segments after it%s",
             landing->channels, landing->window_count, before, landing->gage_segment_count, after,
-            landing->is_consecutive ? "; initial gaps are those after the previous landing" : "");
+            landing->is_consecutive ? "; the initial gaps are the gaps after the previous landing"
+                                    : "");
         json_array_append_new(runs, json_integer(landing->run));
     }
     answer_add_json(answer, "runs", runs);
@@ -263,13 +264,13 @@ static void format_misfit(const struct misfit *misfit, char *text, size_t size)
 {
     if (!misfit->is_checked)
         snprintf(text, size,
-                 "the model was not checked: it generated %zu data sets, but %u are needed; narrow "
-                 "the priors",
+                 "the model was not checked, because only %zu data sets were simulated and the "
+                 "check needs %u; narrow the priors",
                  misfit->replica_count, MISFIT_REPLICAS_MIN);
     else
         snprintf(text, size,
-                 "the model %s describe the data: p = %.0f %% (share of simulated data sets at "
-                 "least as far from the model as the measurements; rejected at %.0f %% or below)",
+                 "the model %s describe the data: p = %.0f %% (share of simulated data sets that "
+                 "fit no better than the measurements; a model is rejected at %.0f %% or below)",
                  misfit->is_rejected ? "cannot" : "can", 100.0 * misfit->p_value,
                  100.0 * MISFIT_LEVEL);
 }
@@ -281,16 +282,14 @@ static void add_misfit(struct answer *answer, const struct fit_landings *list,
     format_misfit(misfit, text, sizeof text);
     answer_add_sentence(answer, NULL, "%s", text);
     if (misfit->is_rejected)
-        answer_add_sentence(
-            answer, NULL,
-            "Do not use the intervals. --plot shows where the residuals are large: check "
-            "transducers, dirt, gear path and elastic ground there");
+        answer_add_sentence(answer, NULL,
+                            "Do not use the intervals. Check transducers, dirt, gear path and "
+                            "elastic ground where --plot shows large residuals");
     if (misfit->is_rejected && list->landing[0].has_earlier_landings)
-        answer_add_sentence(
-            answer, NULL,
-            "RUN %lld began with joints that earlier landings had moved: start the fit "
-            "with the first landing",
-            (long long)list->landing[0].run);
+        answer_add_sentence(answer, NULL,
+                            "start the fit with the first landing, because earlier landings moved "
+                            "the joints of RUN %lld",
+                            (long long)list->landing[0].run);
     answer_open_group(answer, "misfit", NULL);
     answer_add_flag(answer, "checked", NULL, misfit->is_checked);
     answer_add_flag(answer, "cannot_be", NULL, misfit->is_rejected);
@@ -382,8 +381,8 @@ static void set_scene_values(json_t *scene, const struct fit_landings *list,
     char note[240];
     snprintf(note, sizeof note,
              "matrig fit determined f, KL, gap0, grit and the thrust in path from RUN %lld: mean "
-             "gap %.4g in, mean resistance %.4g lb, share %.4g. Of %u draws of the joints, this "
-             "one is nearest to the measurements",
+             "gap %.4g in, mean resistance %.4g lb, share %.4g. Of %u draws of the joints, these "
+             "values fit the measurements best",
              (long long)list->landing[0].run, value[FIT_GAP], value[FIT_GRIT],
              value[FIT_THRUST_SHARE], NEAREST_DRAWS);
     json_object_set_new(scene, "_fit", json_string(note));
@@ -475,7 +474,7 @@ static enum mr_status fit_write_plot(const struct fit_landings *list,
 
 static void show_progress(void *progress, unsigned round, size_t done, size_t total)
 {
-    progress_set(progress, "round %u is at %zu of %zu data sets", round + 1, done, total);
+    progress_set(progress, "round %u: %zu of %zu data sets done", round + 1, done, total);
 }
 
 int fit_command(int argc, char **argv, const struct cli *cli)

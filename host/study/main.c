@@ -60,7 +60,7 @@ static int run_study(int argc, char **argv)
                const struct cli *cli) = i < argc ? find_study_command(argv[i]) : NULL;
     if (!run) {
         error_set(&error, MR_USAGE,
-                  "not a study: '%s'; use matrig, which starts matrig-study when needed",
+                  "unknown study: '%s'; run matrig, which starts matrig-study when needed",
                   i < argc ? argv[i] : "matrig-study");
         return cli_fail(&error);
     }

@@ -16,13 +16,13 @@ static void check_options(const struct sweep_request *r)
             fatal, MR_USAGE,
             "--cases and --table exclude each other; run the cases first, then make the table");
     if (r->output && !r->cases && !r->table)
-        error_set(fatal, MR_USAGE, "-o needs --cases or --table; give one of them");
+        error_set(fatal, MR_USAGE, "-o works only with --cases or --table; give one of them");
     if (r->words[1] && !r->table)
         error_set(fatal, MR_USAGE, "unexpected argument: '%s' of sweep; result files need --table",
                   r->words[1]);
     if (r->table && !r->words[1])
         error_set(fatal, MR_USAGE,
-                  "argument missing: matrig sweep --table needs FILE; give the result files");
+                  "argument missing: matrig sweep FILE --table needs the result files R.jsonl...");
     output_check(r->output, r->words[0], fatal);
 }
 
@@ -39,9 +39,9 @@ static void read_cases(const char *text, size_t cases, size_t *first, size_t *en
         high = strtoull(last, &after, 10);
     }
     if (!good || *after != '\0')
-        error_set(fatal, MR_USAGE, "malformed: --cases %s; give N..M, or N", text);
+        error_set(fatal, MR_USAGE, "not a range of cases: --cases %s; give N..M, or N", text);
     if (low < 1 || low > cases || high < low)
-        error_set(fatal, MR_USAGE, "out of range: --cases %s; the sweep has cases 1 to %zu", text,
+        error_set(fatal, MR_USAGE, "--cases %s is out of range; give cases from 1 to %zu", text,
                   cases);
     *first = (size_t)low - 1;
     *end = high < cases ? (size_t)high : cases;

@@ -415,12 +415,12 @@ static enum mr_status parse_row(const char *path, size_t line, char **cell, size
     while (cells > names && cell[cells - 1][0] == '\0')
         cells--;
     if (cells == 0)
-        return error_set(error, MR_MALFORMED, "a quote is not closed: %s, line %zu; close it", path,
-                         line);
+        return error_set(error, MR_MALFORMED,
+                         "a quote is not closed: %s, line %zu; add the closing quote", path, line);
     if (cells > names)
         return error_set(error, MR_MALFORMED,
-                         "more cells than column names: %s, line %zu; write numbers with a point, "
-                         "and text with a comma in quotes",
+                         "the line has more cells than there are column names: %s, line %zu; write "
+                         "numbers with a decimal point, and text that contains a comma in quotes",
                          path, line);
     if (text[COLUMN_READING][0] == '\0')
         return MR_OK;
@@ -430,12 +430,13 @@ static enum mr_status parse_row(const char *path, size_t line, char **cell, size
                ? survey_plan_find(plan, &item)
                : -1;
     if (at < 0)
-        return error_set(error, MR_MALFORMED,
-                         "no such gage point, '%s' %s %s: %s, line %zu; matrig survey DB --sheet "
-                         "lists all points",
-                         text[COLUMN_KIND], text[COLUMN_LINE], text[COLUMN_PLACE], path, line);
+        return error_set(
+            error, MR_MALFORMED,
+            "no gage point '%s' %s %s: %s, line %zu; matrig survey DB --sheet lists all points",
+            text[COLUMN_KIND], text[COLUMN_LINE], text[COLUMN_PLACE], path, line);
     if (!isnan(sheet->value_in[at]))
-        return error_set(error, MR_MALFORMED, "%s %s %s appears twice: %s, line %zu; leave one out",
+        return error_set(error, MR_MALFORMED,
+                         "gage point %s %s %s occurs twice: %s, line %zu; leave one out",
                          text[COLUMN_KIND], text[COLUMN_LINE], text[COLUMN_PLACE], path, line);
     double value;
     struct quantity_error wrong = {"", ""};
@@ -443,16 +444,17 @@ static enum mr_status parse_row(const char *path, size_t line, char **cell, size
         !(fabs(value) <= READING_MAX_IN))
         return error_set(
             error, MR_MALFORMED,
-            "not a reading, '%s': %s, line %zu; write a number, or leave the cell empty%s%s",
+            "not a reading: '%s' of %s, line %zu; write a number, or leave the cell empty%s%s",
             text[COLUMN_READING], path, line, wrong.what[0] ? ": this is " : "", wrong.what);
     bool distance = item.kind == SURVEY_ITEM_GAP || item.kind == SURVEY_ITEM_DIAGONAL;
     if (distance &&
         /* the log of the ratio is 3.2 if a value in mm is taken as inches */
         fabs(log(fabs(value) / SURVEY_POINT_SPACING_IN)) > 2.0)
-        return error_set(error, MR_MALFORMED,
-                         "gage points are about 33.5 in or 851 mm apart, not '%s': %s, line %zu; "
-                         "if the unit is different, name the column reading_%s",
-                         text[COLUMN_READING], path, line, mm ? "in" : "mm");
+        return error_set(
+            error, MR_MALFORMED,
+            "impossible distance between gage points: '%s' of %s, line %zu; about 33.5 in or 851 "
+            "mm is expected, so if the unit is different, name the column reading_%s",
+            text[COLUMN_READING], path, line, mm ? "in" : "mm");
     sheet->value_in[at] = value;
     snprintf(sheet->note[at], SURVEY_NOTE_SIZE, "%.*s", (int)SURVEY_NOTE_SIZE - 1,
              text[COLUMN_NOTE]);
@@ -491,7 +493,7 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
                                names, column, mm, plan, sheet, error);
     }
     if (status == MR_OK && ferror(file))
-        status = error_set(error, MR_IO, "cannot read: %s; give a file", path);
+        status = error_set(error, MR_IO, "cannot read: %s; give the name of a file", path);
     fclose(file);
     if (status == MR_OK && sheet->reading_count == 0)
         status = error_set(error, MR_TOO_FEW, "no readings: %s; fill in the column reading_in",
@@ -722,7 +724,8 @@ static enum mr_status load_survey_row(struct store *store, const struct store_ga
     enum mr_status status = MR_OK;
     if (!survey_edges_parse(row->edges, &edges))
         return error_set(error, MR_MALFORMED,
-                         "survey %lld has unknown edges '%s': %s; the database is damaged",
+                         "survey %lld has unknown edges '%s': %s; the database is damaged, use a "
+                         "different copy of the campaign",
                          (long long)row->id, row->edges, store_path(store));
     memset(survey, 0, sizeof *survey);
     survey->row = *row;
@@ -761,10 +764,10 @@ static enum mr_status refuse_missing_survey(struct store *store, int64_t id,
     const char *path = store_path(store);
     if (is)
         return error_set(error, MR_UNKNOWN,
-                         "no survey %lld: %s; it was withdrawn, matrig landing %s gives the reason",
+                         "survey %lld was withdrawn: %s; matrig landing %s shows the reason",
                          (long long)id, path, path);
     if (count == 0)
-        return error_set(error, MR_UNKNOWN, "no survey yet: %s; take one with matrig survey %s",
+        return error_set(error, MR_UNKNOWN, "no survey yet: %s; begin one with matrig survey %s",
                          path, path);
     return error_set(error, MR_UNKNOWN, "no survey %lld: %s; the campaign has surveys %lld to %lld",
                      (long long)id, path, (long long)rows[0].id, (long long)rows[count - 1].id);

@@ -145,7 +145,7 @@ static enum mr_status read_scale(struct design_range *range, const json_t *value
     if (!name ||
         (strcmp(name, "linear") != 0 && strcmp(name, "log") != 0 && strcmp(name, "whole") != 0))
         return error_set(error, MR_MALFORMED,
-                         "unknown choice: %s: scale; give \"linear\", \"log\" or \"whole\"", where);
+                         "unknown scale: %s; give \"linear\", \"log\" or \"whole\"", where);
     range->is_logarithmic = strcmp(name, "log") == 0;
     range->is_integer = strcmp(name, "whole") == 0;
     if (range->from == range->to ||
@@ -153,8 +153,8 @@ static enum mr_status read_scale(struct design_range *range, const json_t *value
          (range->from != floor(range->from) || range->to != floor(range->to))) ||
         (range->is_logarithmic && !(range->from > 0.0 && range->to > 0.0)))
         return error_set(error, MR_MALFORMED,
-                         "value out of range: %s goes from %g to %g; give two different ends "
-                         "(whole ends for whole numbers; a log range above 0)",
+                         "value out of range: %s has the range %g to %g; give two different ends "
+                         "(whole numbers for scale whole; above 0 for scale log)",
                          where, range->from, range->to);
     return MR_OK;
 }
@@ -326,8 +326,8 @@ static enum mr_status check_varied_key(const struct sweep *sweep, const char *wh
     snprintf(first, sizeof first, "%.*s", (int)strcspn(key, "."), key);
     if (!sweep->is_study && !sim_key_find(first))
         return error_set(error, MR_MALFORMED,
-                         "unknown key: %s: a scene has no \"%s\"; correct it, or use \"set\" to "
-                         "name the keys that it sets",
+                         "unknown key: %s: a scene has no key \"%s\"; correct the key, or use "
+                         "\"set\" to name the keys of the scene that this name sets",
                          where, key);
     return MR_OK;
 }
@@ -367,8 +367,8 @@ static enum mr_status read_axis_factors(struct sweep *sweep, struct sweep_axis *
     for (size_t i = 0; i < json_array_size(axis->range.levels); i++) {
         if (!json_is_number(json_array_get(axis->range.levels, i)))
             return error_set(error, MR_MALFORMED,
-                             "wrong type: %s: value %zu; \"set\" multiplies: give numbers", where,
-                             i);
+                             "wrong type: %s: value %zu; give numbers, because \"set\" multiplies",
+                             where, i);
     }
     return MR_OK;
 }
@@ -407,13 +407,14 @@ static enum mr_status add_axis(struct sweep *sweep, const char *path, const char
 {
     if (sweep->axis_count == SWEEP_AXES_MAX)
         return error_set(error, MR_MALFORMED,
-                         "too many: %s: %s varies more than %d keys; vary fewer", path, part,
+                         "too many keys: %s: %s varies more than %d keys; vary fewer", path, part,
                          SWEEP_AXES_MAX);
     for (size_t i = 0; i < sweep->axis_count; i++) {
         if (strcmp(sweep->axis[i].name, name) == 0)
-            return error_set(error, MR_MALFORMED,
-                             "given twice: %s: \"%s\" is in vary and in %s; give it once", path,
-                             name, part);
+            return error_set(
+                error, MR_MALFORMED,
+                "given twice: %s: \"%s\" is in vary and in %s; give this key only once", path, name,
+                part);
     }
     return read_axis(sweep, &sweep->axis[sweep->axis_count++], path, part, name, value, error);
 }
@@ -488,8 +489,8 @@ static enum mr_status read_sampled_axes(struct sweep *sweep, const char *path, c
         struct sweep_axis *axis = &sweep->axis[sweep->axis_count - 1];
         if (indices && axis->range.levels)
             return error_set(error, MR_MALFORMED,
-                             "wrong type: %s: %s is a list, but a Sobol sweep needs a range, so "
-                             "that all cases differ",
+                             "wrong type: %s: %s is a list; give a range, which a Sobol sweep "
+                             "needs so that all cases differ",
                              path, name);
         axis->sample_fractions = xcalloc(sweep->sample_count, sizeof *axis->sample_fractions);
         if (indices)
@@ -532,14 +533,16 @@ static enum mr_status read_search(struct sweep *sweep, const char *path, struct 
         !isnan(above) + !isnan(below) + (is >= 0) != 1 ||
         !(scan >= 1.0 && scan <= SCAN_PARTS_MAX) ||
         !(find->tolerance >= 1e-9 && find->tolerance <= 1.0) || (when && !json_is_array(when)))
-        return error_set(
-            error, MR_MALFORMED,
-            "wrong value: %s: find: %s; give {\"key\": KEY, \"from\": A, \"to\": B, "
-            "\"field\": FIELD, and one of \"above\": NUMBER, \"below\": NUMBER, "
-            "\"is\": true or false}; \"scan\" is 1 to %d, \"tolerance\" at most 1, "
-            "\"beyond_when\" a list",
-            path, wrong.text[0] ? wrong.text : "not exactly one condition, or a value out of range",
-            SCAN_PARTS_MAX);
+        return error_set(error, MR_MALFORMED,
+                         "wrong value: %s: find: %s; give {\"key\": KEY, \"from\": A, \"to\": B, "
+                         "\"field\": FIELD, and one of \"above\": NUMBER, \"below\": NUMBER, "
+                         "\"is\": true or false}; \"scan\" is 1 to %d, \"tolerance\" at most 1, "
+                         "\"beyond_when\" a list",
+                         path,
+                         wrong.text[0]
+                             ? wrong.text
+                             : "the number of conditions is not one, or a value is out of range",
+                         SCAN_PARTS_MAX);
     if (read_axis(sweep, &find->key, path, "find", name, root, error) != MR_OK)
         return error->status;
     if (find->key.range.levels || find->key.range.from > find->key.range.to)
@@ -592,8 +595,8 @@ static enum mr_status check_key_names(const struct sweep *sweep, const char *pat
             found |= strcmp(name, known[i]) == 0;
         if (!found)
             return error_set(error, MR_MALFORMED,
-                             "unknown key: %s: \"%s\"; correct it (host/sweep/README.md lists the "
-                             "keys), or write _%s for a comment",
+                             "unknown key: %s: \"%s\"; correct the key (host/sweep/README.md lists "
+                             "the keys), or write _%s for a comment",
                              path, name, name);
     }
     return MR_OK;
@@ -707,8 +710,7 @@ static enum mr_status check_first_case(const struct sweep *sweep, const char *pa
     if (!input)
         return error_set(
             error, MR_MALFORMED,
-            "no such key: %s: a key with a dot must lead to a place that exists in the "
-            "base; correct the key",
+            "no such key: %s: the base has no value at the path of this key; correct the key",
             path);
     snprintf(where, sizeof where, "%s: first case", path);
     if (sweep->is_study) {
@@ -730,7 +732,7 @@ static enum mr_status read_file(struct sweep *sweep, const char *path, struct er
         return error->status;
     if (sweep->axis_count == 0)
         return error_set(error, MR_MALFORMED,
-                         "key missing: %s varies nothing; give \"vary\", \"lhs\" or \"sobol\"",
+                         "key missing: %s varies no key; give \"vary\", \"lhs\" or \"sobol\"",
                          path);
     sweep->case_count = sweep->grid_case_count * sweep->sample_count;
     sweep->hash = hash_json(sweep->root);

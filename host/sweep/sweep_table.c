@@ -111,9 +111,10 @@ static json_t *make_failure_json(const char *status, const char *format, const c
 static json_t *make_missing_field_json(const struct sweep *sweep, const char *what,
                                        const char *name)
 {
-    return json_pack("{s:s,s:o}", "status", "refused", "reason",
-                     json_sprintf("the result has no %s \"%s\"; see matrig --json %s", what, name,
-                                  sweep->is_study ? "study FILE" : "sim SCENE"));
+    return json_pack(
+        "{s:s,s:o}", "status", "refused", "reason",
+        json_sprintf("the result has no %s \"%s\"; list its fields with matrig --json %s", what,
+                     name, sweep->is_study ? "study FILE" : "sim SCENE"));
 }
 
 /* Reduces a finished simulation to status, reason and result. If a field is missing, the case
@@ -319,13 +320,14 @@ static enum mr_status add_result_line(struct sweep_table *table, const char *pat
     json_int_t index = json_integer_value(json_object_get(line, "case"));
     write_hash_text(table->sweep, hash);
     if (!of || !*get_status(line) || !json_is_object(json_object_get(line, "values")))
-        return error_set(error, MR_MALFORMED,
-                         "not a result: %s line %zu; give files that matrig sweep --cases wrote",
-                         path, number);
+        return error_set(
+            error, MR_MALFORMED,
+            "not a line of results: %s line %zu; give files that matrig sweep --cases wrote", path,
+            number);
     if (strcmp(of, hash) != 0 || index < 1 || (size_t)index > table->sweep->case_count)
         return error_set(error, MR_MALFORMED,
-                         "results of a different sweep: %s line %zu; run its cases again, or give "
-                         "the original sweep file",
+                         "the results are of a different sweep: %s line %zu; run the cases again, "
+                         "or give the original sweep file",
                          path, number);
     if (table->line[index - 1]) {
         table->repeated_count++;

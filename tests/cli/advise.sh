@@ -100,10 +100,10 @@ says_why() { head -n 2 "$tmp/si.txt" | grep -E '^(clear|caution|against): at 1\.
 check "the verdict says why" says_why
 nothing_known() {
     sqlite3 "$db" "vacuum into '$tmp/none.db'" && sqlite3 "$tmp/none.db" "delete from predict_items" &&
-        fails_with 5 'no runway: .*none.db has no landing with the parameters' $matrig advise "$tmp/none.db" --speed 30 --deceleration 5
+        fails_with 5 'runway unknown: .*none.db has no landing with the parameters' $matrig advise "$tmp/none.db" --speed 30 --deceleration 5
 }
 check "a file without a runway" nothing_known
-no_landing() { $matrig landing "$tmp/empty.db" --series one >/dev/null && fails_with 5 'no runway: ' $matrig advise "$tmp/empty.db"; }
+no_landing() { $matrig landing "$tmp/empty.db" --series one >/dev/null && fails_with 5 'runway unknown: ' $matrig advise "$tmp/empty.db"; }
 check "a campaign without a landing" no_landing
 # An unknown board's landing with no stop cannot teach; the plan cannot come from it either.
 no_stop() {
@@ -133,7 +133,7 @@ assert abs(d["bearing_drag_ft_s2"] - 5.1) < 1e-4 and d["bearing_drag_error_ft_s2
 assert abs(d["coasting_speed_ft_s"] - 28 / 2 ** 0.5) < 1e-3, d["coasting_speed_ft_s"]' "$tmp/rig.json"
 }
 relation_without_records() { # refused before the minutes of work, with what to record
-    fails_with 5 'too few landings for --temperature: 0 with temperature_f and brake=none, and 3 are needed; record them with matrig record .* conditions RUN temperature_f=VALUE brake=none$' $matrig advise "$db" $plan --temperature 72 &&
+    fails_with 5 'too few landings for --temperature: only 0 landings have temperature_f and brake=none, but 3 are needed; record these conditions with matrig record .* conditions RUN temperature_f=VALUE brake=none$' $matrig advise "$db" $plan --temperature 72 &&
         fails_with 5 'too few landings for --release: 0 ' $matrig advise "$db" $plan --release 10ft
 }
 check "a relation without records is refused" relation_without_records

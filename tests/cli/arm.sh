@@ -110,24 +110,24 @@ P
 }
 typed_and_meant() {
     echo 'arm 21' >&8
-    said 'arm for landing 21\? .*yes: ' && echo 'yes' >&8 && said 'matrig: armed$'
+    said 'arm the board for landing 21\? .*yes: ' && echo 'yes' >&8 && said 'matrig: armed$'
 }
-typed_and_refused() { echo 'arm 22' >&8 && said 'arm for landing 22\?' && echo ' yes ' >&8 && said 'arm refused: not possible in the present state of the board: it is armed'; }
-typed_disarm_asks() { echo 'disarm' >&8 && said 'disarm\? The board is armed; this ends the recording' && echo yes >&8 && said 'matrig: disarmed$'; }
+typed_and_refused() { echo 'arm 22' >&8 && said 'arm the board for landing 22\?' && echo ' yes ' >&8 && said 'arm refused: the board is armed, in a landing'; }
+typed_disarm_asks() { echo 'disarm' >&8 && said 'disarm the board\? Its state is armed; the recording then ends' && echo yes >&8 && said 'matrig: disarmed$'; }
 not_yes_sends_nothing() { # after it the board still arms for 24
-    echo 'arm 23' >&8 && said 'arm for landing 23\?' && echo y >&8 && said 'the answer was not yes.: nothing was sent' &&
+    echo 'arm 23' >&8 && said 'arm the board for landing 23\?' && echo y >&8 && said 'the answer was not yes.: nothing was sent' &&
         over_can board arm 24 && over_can board disarm && sleep 0.3 && ! $matrig landing "$work/x.db" | grep -q 'landing 23,'
 }
 doubts_are_repeated() { # what advise, survey and ready had found; an order in the place of yes is obeyed as one
     sqlite3 -cmd '.timeout 20000' "$work/x.db" "insert into advices(made_us, verdict, reason, after_run) select 1 + max(armed_us), 'against', 'a zone is likely', 1 from landings;
         insert into gage_surveys(made_us, edges, error_in) values(1, 'left', 0.005); insert into readiness(board_uid, kind, made_us, verdict, checks) select board_uid, 'ready', 1772600000000000, 'go', '{}' from landings limit 1"
-    echo 'arm 25' >&8 && said 'matrig: matrig advise recommends against this landing: a zone is likely$' && said 'matrig: survey 1 is not finished; continue it with matrig survey DB$' &&
-        said 'matrig: the result of matrig ready was go at 2026-03-04 04:53 UTC, more than 12 h ago$' && said 'arm for landing 25\?' && echo 'arm 26' >&8 && said 'arm for landing 26\?' && echo 'n' >&8 || return 1
+    echo 'arm 25' >&8 && said 'matrig: matrig advise recommends against the next landing: a zone is likely$' && said 'matrig: survey 1 is not finished; continue the survey with matrig survey DB$' &&
+        said 'matrig: the result of matrig ready was go at 2026-03-04 04:53 UTC, more than 12 h ago$' && said 'arm the board for landing 25\?' && echo 'arm 26' >&8 && said 'arm the board for landing 26\?' && echo 'n' >&8 || return 1
     await eval '[ "$(grep -c "the answer was not yes.: nothing was sent" "$work/log.err")" = 3 ]'
     sqlite3 -cmd '.timeout 20000' "$work/x.db" "insert into advices(made_us, verdict, reason, after_run) select 2 + max(armed_us), 'clear', 'c', 1 from landings; update gage_surveys set ended_us = 2"
 }
 a_person_is_asked() { # at a terminal; `y` is no yes
-    printf 'y\n' | TERM=dumb timeout 600 python3 "$work/terminal.py" $matrig board arm 27 --can "unix:$work/can" | tee "$tmp/asked" | grep 'arm. The board records until the gear has stopped .*yes: ' &&
+    printf 'y\n' | TERM=dumb timeout 600 python3 "$work/terminal.py" $matrig board arm 27 --can "unix:$work/can" | tee "$tmp/asked" | grep 'Arm the board. It records until the gear has stopped .*yes: ' &&
         await grep -q 'the answer was not yes.: nothing was sent' "$tmp/asked"
 }
 typed_nonsense() {
@@ -145,9 +145,9 @@ log_goes_on() { # without its input, to the end; nothing but what was meant reac
     kill -0 $log && kill -INT $log && wait $log && [ "$($matrig landing "$work/x.db" | sed 's/.*: landing \([0-9]*\),.*/\1/' | tr '\n' ' ')" = "12 13 14 21 24 " ]
 }
 silly() {
-    fails_with 2 'no link: matrig board arm needs --can LINK or --serial LINK' $matrig board arm && fails_with 2 'needs only one; leave out --can or --serial' $matrig board disarm --can can:can0 --serial serial:/dev/x &&
-        fails_with 2 'the landing' $matrig board arm 70000 --can can:can0 && fails_with 2 'whole number: .1.5' $matrig board arm 1.5 --can can:can0 &&
-        fails_with 2 'disarm takes no number: .3' $matrig board disarm 3 --can can:can0 && fails_with 2 'a file is not a board: file:/dev/null' $matrig board arm --can file:/dev/null &&
+    fails_with 2 'no link: matrig board arm needs --can LINK or --serial LINK' $matrig board arm && fails_with 2 'uses only one; leave out --can or --serial' $matrig board disarm --can can:can0 --serial serial:/dev/x &&
+        fails_with 2 'the landing' $matrig board arm 70000 --can can:can0 && fails_with 2 'whole number, not .1.5' $matrig board arm 1.5 --can can:can0 &&
+        fails_with 2 'disarm takes no number: .3' $matrig board disarm 3 --can can:can0 && fails_with 2 'the link is a file: file:/dev/null' $matrig board arm --can file:/dev/null &&
         fails_with 2 'listen and --commands' $matrig log --can can:can0 --db "$tmp/no.db" --listen --commands
 }
 over_serial() { # the board alone, at one end of a line
@@ -167,12 +167,12 @@ on_a_terminal() { # a file is no board: what is typed is taken, and said to go n
     TERM=dumb timeout 600 python3 "$work/terminal.py" $matrig log --can "file:$work/slow" --db "$work/t.db" --for 2 <"$work/keys" >"$tmp/terminal" 2>&1 &
     local pid=$!
     exec 9>"$work/keys"
-    await grep -q 'to arm, press Enter' "$tmp/terminal"
+    await grep -q 'to arm the board, press Enter' "$tmp/terminal"
     echo 'arm 5' >&9
     wait $pid
     exec 9>&-
     cat "$tmp/terminal"
-    grep -q 'to arm, press Enter and type arm' "$tmp/terminal" && grep -q 'no hello from a board yet: nothing was sent' "$tmp/terminal"
+    grep -q 'to arm the board, press Enter and type arm' "$tmp/terminal" && grep -q 'no hello from a board yet: nothing was sent' "$tmp/terminal"
 }
 
 check "armed over CAN while a log holds the links" armed_when_ready over_can board arm 12

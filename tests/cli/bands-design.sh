@@ -54,5 +54,5 @@ check "half a section" fails_with 2 "width and thickness, or area" $m bands widt
 check "two sections" fails_with 2 "width and thickness, or area" $m bands width=6 thickness=1 area=3
 check "half a row" fails_with 2 "not a whole number: every" $m bands every=2.5
 check "not a word" fails_with 2 "NAME=VALUE" $m bands weight
-check "an input twice" fails_with 2 "given twice: yield" $m bands yield=50ksi yield=40ksi
+check "an input twice" fails_with 2 "yield is given twice" $m bands yield=50ksi yield=40ksi
 finish

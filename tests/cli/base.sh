@@ -28,18 +28,18 @@ over_can_the_board_is_followed() {
     with_base 0x190 && over_can '' set "$tmp/base.cfg" >"$tmp/said" 2>"$tmp/said.err" || { cat "$tmp/said.err"; return 1; }
     cat "$tmp/said" "$tmp/said.err"
     grep -qx 'site.can_base: 0 -> 400' "$tmp/said" && grep -q '^1 field changed, stored and read back: revision 1' "$tmp/said" &&
-        [ "$(tail -n 1 "$tmp/said")" = "the board is now at $can,base=0x190" ] && [ ! -s "$tmp/said.err" ]
+        [ "$(tail -n 1 "$tmp/said")" = "the board now uses $can,base=0x190" ] && [ ! -s "$tmp/said.err" ]
 }
 there_it_is() { # after its power was off, too; and not where it was
     over_can ,base=0x190 get >"$tmp/back.cfg" && grep -q '^site.can_base = 400' "$tmp/back.cfg"
 }
 and_back() {
-    with_base 0 1 && over_can ,base=0x190 set "$tmp/base.cfg" >"$tmp/said" && cat "$tmp/said" && [ "$(tail -n 1 "$tmp/said")" = "the board is now at $can,base=0x000" ] &&
+    with_base 0 1 && over_can ,base=0x190 set "$tmp/base.cfg" >"$tmp/said" && cat "$tmp/said" && [ "$(tail -n 1 "$tmp/said")" = "the board now uses $can,base=0x000" ] &&
         over_can '' get >"$tmp/back.cfg" && grep -q '^site.can_base = 0' "$tmp/back.cfg"
 }
 a_base_that_is_taken_is_refused() { # in one line, and the board keeps its own
     forget
-    with_base 0x190 && fails_with_set 1 "^matrig: another board already uses this base: base 0x190 of file:$tmp/second.log; give this board a different base\$" \
+    with_base 0x190 && fails_with_set 1 "^matrig: another board already uses base 0x190 of file:$tmp/second.log; give this board a different base\$" \
         over_serial "$tmp/second.log" set "$tmp/base.cfg" && over_can '' get | grep -q '^site.revision = 0'
 }
 fails_with_set() { # CODE PATTERN COMMAND...: as fails_with, of a function
@@ -59,10 +59,10 @@ another_change_does_not_listen() { # nor does it warn
     forget
     sed 's/^\(site\.touchdown_ft = \).*/\14.25/' "$tmp/rig.cfg" >"$tmp/other.cfg"
     with_board --serial "$serial" -- $matrig board --serial "$serial" config set "$tmp/other.cfg" >"$tmp/said" 2>"$tmp/said.err" && [ ! -s "$tmp/said.err" ] &&
-        ! grep -q 'the board is now at' "$tmp/said" && over_serial "$tmp/none.log" set "$tmp/other.cfg"
+        ! grep -q 'the board now uses' "$tmp/said" && over_serial "$tmp/none.log" set "$tmp/other.cfg"
 }
 words() {
-    fails_with 2 'one link needed' $matrig board --serial unix:/a --can unix:/b config get && fails_with 4 'site.can_base cannot be .1023.: .*; it is from 0 to 1022' \
+    fails_with 2 'matrig board config get needs one link' $matrig board --serial unix:/a --can unix:/b config get && fails_with 4 'site.can_base cannot be .1023.: .*; give 0 to 1022' \
         $matrig board config check <(sed 's/^\(site\.can_base = \)[0-9]*/\11023/' "$tmp/rig.cfg")
 }
 

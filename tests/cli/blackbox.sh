@@ -87,9 +87,9 @@ check "board read makes a landing that the database has not" a_database_without_
 check "and lacks nothing that the log has" it_lacks_nothing_that_the_log_has
 check "ten seconds of landing are read within ten" reading_takes_less_than_10_s
 check "board free gives the space back" it_is_freed
-check "board read of a record that is not there" fails_with 2 "no record 9 in the black box: unix:.*see matrig board list" \
+check "board read of a record that is not there" fails_with 2 "no record 9 in the black box: unix:.*list the records with matrig board list" \
     bash -c "$(declare -f with_board at_board box); elf=$elf sockets=$sockets tmp=$tmp; box read 9 --db $tmp/x"
-check "board read without a place to put it" fails_with 2 "no campaign for the record: matrig board read needs --db DB" \
+check "board read without a place to put it" fails_with 2 "no campaign: matrig board read needs --db DB" \
     build/matrig board --serial unix:x read 1
 check "board without a verb it knows" fails_with 2 "unknown word after matrig board: 'erase'; see matrig board --help" build/matrig board --serial unix:x erase 1
 check "board list takes no number" fails_with 2 "list takes no number: '3'" build/matrig board --serial unix:x list 3

@@ -19,13 +19,13 @@ stopped_with() { # CODE PATTERN COMMAND...: as fails_with, with the line of stat
 wall_limit() { stopped_with 3 'wall-clock limit ended the run at .*--wall-limit' $board --elf $elf --wall-limit 0.5; }
 blocked_file() { # a pipe that nobody reads: opening it blocks
     mkfifo "$tmp/pipe"
-    fails_with 3 'wall-clock limit was reached while links' $board --elf $elf --can "file:$tmp/pipe" --wall-limit 0.5
+    fails_with 3 'wall-clock limit was reached before all links' $board --elf $elf --can "file:$tmp/pipe" --wall-limit 0.5
 }
 blocked_write() { # one that is open at the other end and never read: write() blocks for good
     rm -f "$tmp/pipe" && mkfifo "$tmp/pipe"
     sleep 30 <"$tmp/pipe" &
     timeout 10 dd if=/dev/zero of="$tmp/pipe" bs=64K count=1 || return 1 # it is full
-    fails_with 3 'still running several seconds .* blocks' $board --elf $elf --for 30 --serial "file:$tmp/pipe" --can "file:$tmp/x" \
+    fails_with 3 'the run continues several seconds .* blocks' $board --elf $elf --for 30 --serial "file:$tmp/pipe" --can "file:$tmp/x" \
         --rig tests/runs/landing5.run --wall-limit 0.5
 }
 host_does_not_read() { # one that connects and then reads nothing; the board talks without a break
@@ -63,7 +63,7 @@ mistakes() { # one line, and the right exit code
         bad 3 'no-such.run' --elf $elf --rig no-such.run && bad 4 'does not begin with' --elf $elf --rig $elf
 }
 wrong_folder() { # where it was looked for, and where the file of that name is
-    fails_with 3 "No such file or directory in the folder $(realpath "$tmp"); the file installed with matrig is $PWD/tests/runs/landing1.run" \
+    fails_with 3 "No such file or directory in the folder $(realpath "$tmp"); the file that was installed with matrig is $PWD/tests/runs/landing1.run" \
         env -C "$tmp" "$PWD/$board" --elf "$PWD/$elf" --rig tests/runs/landing1.run &&
         fails_with 3 "No such file or directory in the folder $PWD; give a file that matrig wrote" $board --elf $elf --rig no-such.run
 }
@@ -89,7 +89,7 @@ same_file() { # an input under two names, and records over what cannot be made a
         fails_with 2 '--vcd would overwrite a database' $board --elf $elf --vcd "$tmp/campaign.db" &&
         ln -sf campaign.db "$tmp/linked" && fails_with 2 '--profile would overwrite a database' $board --elf $elf --profile "$tmp/linked" &&
         fails_with 2 'would overwrite a database' $board --elf $elf --can "file:$tmp/campaign.db" --for 0.1 &&
-        fails_with 4 'a database or a program would be overwritten' $board --elf $elf --flash "$tmp/campaign.db" --for 0.1 &&
+        fails_with 4 'is a database or a program and would be overwritten' $board --elf $elf --flash "$tmp/campaign.db" --for 0.1 &&
         cmp tests/runs/landing1.run "$tmp/one.run" && cmp "$tmp/campaign.db" "$tmp/campaign.copy"
 }
 memory_files() { # a symbolic link stays one

@@ -93,16 +93,16 @@ no_such_board() {
     done
 }
 on_another_board() {
-    fails_with 4 'is an image for board discovery, but this is board zg' build/matrig-board --board zg --elf build/firmware/discovery/matrig.elf --for 0.1 &&
+    fails_with 4 'is an image for board discovery, but the emulated board is zg' build/matrig-board --board zg --elf build/firmware/discovery/matrig.elf --for 0.1 &&
         fails_with 2 'cannot be reached on its serial link' build/matrig-board --board discovery --boot0 --for 0.1
 }
 # The flash of a Discovery, as a run leaves it.
 flash_of_another_board() {
     build/matrig-board --elf build/firmware/discovery/matrig.elf --flash "$tmp/discovery.flash" --for 0.1 &&
         cp "$tmp/discovery.flash" "$tmp/before" &&
-        fails_with 4 'is an image for board discovery, but this is board zg' build/matrig-board --board zg --flash "$tmp/discovery.flash" --for 0.1 &&
+        fails_with 4 'is an image for board discovery, but the emulated board is zg' build/matrig-board --board zg --flash "$tmp/discovery.flash" --for 0.1 &&
         fails_with 2 'cannot be reached on its serial link' build/matrig-board --boot0 --flash "$tmp/discovery.flash" --for 0.1 &&
-        fails_with 4 'is an image for board discovery, but this is board zg' build/matrig-board --board zg --boot0 --flash "$tmp/discovery.flash" --for 0.1 &&
+        fails_with 4 'is an image for board discovery, but the emulated board is zg' build/matrig-board --board zg --boot0 --flash "$tmp/discovery.flash" --for 0.1 &&
         cmp "$tmp/before" "$tmp/discovery.flash" &&
         build/matrig-board --flash "$tmp/discovery.flash" --for 0.1
 }
@@ -119,7 +119,7 @@ check "discovery: it says which board it is" says_its_kind
 check "a configuration with channels that the board lacks is refused by name" no_configuration_of_another
 link=pty:$sockets/serial # for stm32flash
 check "an image for another board is not flashed" is_refused 'the board is zg, but the image is for discovery' zg flash "$link" build/firmware/discovery/matrig.elf
-check "a board whose boot ROM would not hear does not go there" is_refused 'cannot be reached on this serial link' discovery flash "$link" build/firmware/discovery/matrig.elf --force
+check "a board whose boot ROM would not hear does not go there" is_refused 'does not use this serial link' discovery flash "$link" build/firmware/discovery/matrig.elf --force
 check "a board that is none is refused" no_such_board
 check "the emulated board refuses an image for another" on_another_board
 check "flash files of another board are refused, and stay as they are" flash_of_another_board

@@ -52,7 +52,7 @@ say slow $zg --lsi 17500 --hsi-ppm -4000 --nor "$tmp/nor.full"
 wait
 
 whole_and_in_order() { # one to look at: brown-out is off from the factory
-    judge "$1" >"$tmp/out" && tail -n 1 "$tmp/out" | grep -qx "$2 ok, 1 to look at, 0 wrong" && grep -q '^  look  *brown_out  *0 level  *2 to 3$' "$tmp/out" &&
+    judge "$1" >"$tmp/out" && tail -n 1 "$tmp/out" | grep -qx "$2 lines ok, 1 to be checked, 0 wrong" && grep -q '^  look  *brown_out  *0 level  *2 to 3$' "$tmp/out" &&
         [ "$(wc -L <"$tmp/out")" -le 100 ]
 }
 each_its_inputs() {
@@ -102,10 +102,10 @@ L
 missing_is_wrong() { reseal zg changed '/^watchdog /d' && ! judge changed >"$tmp/out" && grep -q '^  wrong  *watchdog  *not reported ' "$tmp/out"; }
 unknown_is_looked_at() { reseal zg changed 's/^low_speed/oxygen/' && ! judge changed >"$tmp/out" && grep -q '^look: oxygen: unknown line' "$tmp/out"; }
 cut_and_damaged() {
-    sed '/^can_errors/,$d' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'report has no end after [0-9]+ lines; check cable' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
-        sed '/^can_errors/d' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'only 96 of 97 lines received' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
-        sed 's/^watchdog 5/watchdog 4/' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'the checksum is' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
-        sed 's/^begin report 1/begin report 2/' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'format 2, but this matrig uses 1' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
+    sed '/^can_errors/,$d' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'the output stopped in section report after [0-9]+ lines; check cable' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
+        sed '/^can_errors/d' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'only 96 of 97 lines were received' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
+        sed 's/^watchdog 5/watchdog 4/' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'the received lines have the checksum' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
+        sed 's/^begin report 1/begin report 2/' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'format 2, but this matrig uses format 1' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
         fails_with 4 'no output of a bring-up image' build/matrig board --serial file:README.md bringup &&
         sed 's/$/\r/' "$tmp/zg.txt" >"$tmp/dos.txt" && judge dos >"$tmp/out"
 }
@@ -193,11 +193,11 @@ a_word_is_said_once() { # within the section a silence of 5 s
 broken_off_is_said() { # text, and then nothing
     printf 'matrig bring-up\n' >"$tmp/few.txt"
     few_words 16 16
-    fails_with 3 'sent 16 bytes, but no answer to `report`: .*cable' build/matrig board --serial "unix:$sockets/few" bringup || return 1
+    fails_with 3 'sent 16 bytes, but they do not answer `report`: .*cable' build/matrig board --serial "unix:$sockets/few" bringup || return 1
     [ -n "${MATRIG_LONG:-}" ] || return 0 # half a minute of silence
     cp "$tmp/zg.txt" "$tmp/few.txt"
     few_words 100 300
-    fails_with 4 'report stopped after 300 bytes: .*cable' build/matrig board --serial "unix:$sockets/few" bringup
+    fails_with 4 'the output stopped in section report after 300 bytes: .*cable' build/matrig board --serial "unix:$sockets/few" bringup
 }
 unplugged() { # the device goes away when the word is said: it failed, and the usage is right
     python3 - "$sockets/port" <<'P' &
@@ -217,14 +217,14 @@ P
 }
 nobody_there() { # the firmware speaks at another rate
     timeout 600 build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/s" --speed real --for 30 2>"$tmp/board.err" &
-    fails_with 3 'no bring-up image answers at 115200 baud \([0-9]+ bytes received\): unix:.*bring-up.md' build/matrig board --serial "unix:$sockets/s" bringup
+    fails_with 3 'no bring-up image answered at 115200 baud \([0-9]+ bytes received\): unix:.*bring-up.md' build/matrig board --serial "unix:$sockets/s" bringup
     local status=$?
     kill %% 2>/dev/null
     return $status
 }
 silly_words() {
-    fails_with 2 "not report, brown-out or rom: 'x'" build/matrig board --serial file:x bringup x && fails_with 2 'no link' build/matrig board bringup &&
-        fails_with 2 'a file is not a board' build/matrig board --serial file:x bringup rom
+    fails_with 2 "unknown action of bringup: 'x'" build/matrig board --serial file:x bringup x && fails_with 2 'no link' build/matrig board bringup &&
+        fails_with 2 'the link is a file' build/matrig board --serial file:x bringup rom
 }
 
 check "board zg says all of it, and all is well but the brown-out level" whole_and_in_order zg 96

@@ -57,13 +57,13 @@ rows_of() { # DB: a sum of each table's rows, but for what says when and by whom
     done
 }
 changed() { # WHAT SQL
-    cp "$bundle" "$tmp/changed.db" && sqlite3 "$tmp/changed.db" "$2" && fails_with 4 "the $1 of the bundle changed since it was written" $matrig --quiet replay "$tmp/changed.db"
+    cp "$bundle" "$tmp/changed.db" && sqlite3 "$tmp/changed.db" "$2" && fails_with 4 "the $1 of the bundle was changed after the bundle was written" $matrig --quiet replay "$tmp/changed.db"
 }
 damaged() { # cut off
     head -c 1500000 "$bundle" >"$tmp/cut.db" && ! $matrig --quiet replay "$tmp/cut.db" >"$tmp/cut.txt" 2>&1 && grep -q 'cut.db' "$tmp/cut.txt"
 }
 images() { # another one is refused; without the one that recorded it, a bundle has none
-    fails_with 2 'not the image that recorded this landing \(image [0-9a-f]{8}, commit [^)]*\): build/tests/variant/rest.elf' $matrig bundle "$db" 1 -o "$tmp/none.db" --elf build/tests/variant/rest.elf && [ ! -e "$tmp/none.db" ] || return 1
+    fails_with 2 'a different image recorded this landing \(image [0-9a-f]{8}, commit [^)]*\): build/tests/variant/rest.elf' $matrig bundle "$db" 1 -o "$tmp/none.db" --elf build/tests/variant/rest.elf && [ ! -e "$tmp/none.db" ] || return 1
     sqlite3 "$db" ".backup $tmp/other.db" "pragma synchronous=off" && sqlite3 "$tmp/other.db" 'update landings set image_crc = 1' &&
         $matrig bundle "$tmp/other.db" 1 -o "$tmp/none.db" 2>"$tmp/err" && grep -q 'lacks the image that recorded the landing (image 00000001' "$tmp/err" && [ "$(sqlite3 "$tmp/none.db" 'select image is null or length(image) = 0 from bundles')" = 1 ]
 }

@@ -78,7 +78,7 @@ per_in = 0.5 * 4096 / 3.3
 kept = {0.0: 0, 0.5: 0, 1.0: 0}
 def type_in(value):
     p.stdin.write(b"%g\n" % value)
-    m = answer(r"([-0-9.]+) codes, noise ([0-9.]+)(: not accepted[^\n]*)?\n")
+    m = answer(r"([-0-9.]+) codes, noise ([0-9.]+)(: point refused[^\n]*)?\n")
     answer(r"point \d+, in: ")
     return float(m.group(1)), bool(m.group(3))
 zero = 0.05 / 0.5 * per_in  # the bridge's offset of 50 mV
@@ -129,7 +129,7 @@ recomputes() {
 a_series_only() {
     fails_with 2 'no such landings' $matrig calibrate "$tmp/c.db" --recompute "$tmp/corrected.cfg" --series second --reason x || return 1
     sed 's/^channel\[1\].number = 1/channel[1].number = 2/; s/^channel\[2\].number = 2/channel[2].number = 1/' "$tmp/corrected.cfg" >"$tmp/swapped.cfg"
-    fails_with 1 'not the same channel in' $matrig calibrate "$tmp/c.db" --recompute "$tmp/swapped.cfg" --reason x &&
+    fails_with 1 'has a different channel in' $matrig calibrate "$tmp/c.db" --recompute "$tmp/swapped.cfg" --reason x &&
         [ "$(sqlite3 "$tmp/c.db" 'select count(*) from recalibrations')" = 4 ]
 }
 certificate_without_points() { # of the sensor that is fitted, or the one named; half a certificate is none, and changes nothing
@@ -141,7 +141,7 @@ certificate_without_points() { # of the sensor that is fitted, or the one named;
 }
 silly() {
     printf 'in,codes\n3,x\n' >"$tmp/bad.csv"
-    fails_with 4 'not a value and a code: .*line 2' $matrig calibrate d1 --points "$tmp/bad.csv" --config "$tmp/rig.cfg" &&
+    fails_with 4 'the line does not have one value and one code: .*line 2' $matrig calibrate d1 --points "$tmp/bad.csv" --config "$tmp/rig.cfg" &&
         fails_with 2 'not a channel' $matrig calibrate d9 --points "$tmp/points.csv" --config "$tmp/rig.cfg" &&
         fails_with 2 'needs either --serial' $matrig calibrate d1 && fails_with 2 'no reason' $matrig calibrate "$tmp/c.db" --recompute "$tmp/rig.cfg" &&
         fails_with 2 'too long' $matrig calibrate d1 --points "$tmp/points.csv" --config "$tmp/rig.cfg" --sensor 0123456789abc

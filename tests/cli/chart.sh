@@ -35,10 +35,10 @@ risks_are_kept() {
         [ "$(told 'select count(*) from risk_items where item < 53 and value is not null')" = 0 ] && # no chart
         grep -q 'largest risk of a zone of 50 mats: 0\.[0-9]*, at .* computed without plan and chart' "$tmp/log.txt"
 }
-another_runway() { ! load another && grep -q 'of the board has 0 landings, that of the advice 1' "$tmp/another.err"; }
+another_runway() { ! load another && grep -q 's runway includes 0 landings, but the runway of the advice includes 1' "$tmp/another.err"; }
 right_one() { runway 1 && { load right --speed 30ft/s --profile 0s:3ft/s2,2s:3ft/s2,2.2s:12ft/s2 || [ $? = 1 ]; } && [ "$(sqlite3 :memory: "select json_extract(cast(readfile('$tmp/right.json') as text), '\$.loaded')")" = 1 ]; }
 what_was_computed_is_shown() { # braking that ends at 0 is no plan for a board: the rows all the same, then why
-    ! load shown --speed 30ft/s --profile 0s:9ft/s2,9s:9ft/s2,10s:0ft/s2 && grep -q '^matrig: the plan is outside the range of the board' "$tmp/shown.err" &&
+    ! load shown --speed 30ft/s --profile 0s:9ft/s2,9s:9ft/s2,10s:0ft/s2 && grep -q '^matrig: the board cannot store this plan' "$tmp/shown.err" &&
         [ "$(sqlite3 :memory: "select json_extract(j, '\$.loaded') = 0 and json_array_length(j, '\$.rows') > 5 and json_extract(j, '\$.exit') = 2 from (select cast(readfile('$tmp/shown.json') as text) j)")" = 1 ]
 }
 # Landing 5 of a board that was told a plan and a chart before it.
@@ -50,11 +50,11 @@ told_before() { # LANDINGS SPEED PROFILE
         [ "$(sqlite3 :memory: "select json_extract(j, '$.statements') > 100 and json_extract(j, '$.differ') = 0 from (select cast(readfile('$tmp/told.json') as text) j)")" = 1 ]
 }
 both_count() {
-    told_before 0 35.5 0:7.0,1.5:7.0,1.7:8.5 && grep -q 'risk of a zone .* computed with chart and plan$' "$tmp/told.txt" && ! grep 'left the plan' "$tmp/told.txt" &&
+    told_before 0 35.5 0:7.0,1.5:7.0,1.7:8.5 && grep -q 'risk of a zone .* computed with chart and plan$' "$tmp/told.txt" && ! grep 'differs from the plan' "$tmp/told.txt" &&
         [ "$(sqlite3 "$tmp/told.db" 'select count(*) > 100 from risks')" = 1 ] &&
         $matrig --quiet replay "$tmp/told.db" 1 --exact >"$tmp/replay.txt" && grep 'result *0 of ' "$tmp/replay.txt"
 }
-gentle_plan_is_left() { told_before 0 35.5 0:3.0 && grep -q 'the landing left the plan, as detected at ' "$tmp/told.txt"; }
+gentle_plan_is_left() { told_before 0 35.5 0:3.0 && grep -q 'the board detected at [0-9.]* s that the landing differs from the plan' "$tmp/told.txt"; }
 # the board refuses it: it has had no landing
 of_another_runway() { told_before 3 35.5 0:7.5 && grep -q 'computed without plan and chart$' "$tmp/told.txt" && [ "$(sqlite3 "$tmp/told.db" 'select count(*) from risks where basis & 2 and block < 6000')" = 0 ]; }
 needs_a_link() { ! $matrig advise "$tmp/campaign.db" --load 2>"$tmp/link.err" && grep -q -- '--load --serial LINK' "$tmp/link.err"; }

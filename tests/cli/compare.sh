@@ -94,14 +94,14 @@ without_switches() {
 }
 wrong_input_is_told() {
     echo '{"channels.*.rsm_in": 1}' >"$tmp/typo.json"
-    fails_with 1 'channels.*.rsm_in is not in the result of RUN 1' $matrig compare "$db" 1 --limits "$tmp/typo.json" &&
+    fails_with 1 'the result has no value channels.*.rsm_in: RUN 1' $matrig compare "$db" 1 --limits "$tmp/typo.json" &&
         fails_with 3 'cannot read limits: .*none.json' $matrig compare "$db" 1 --limits "$tmp/none.json" &&
         fails_with 2 'different scale: host/scenes/full_width_36000.json' $matrig compare "$db" 1 host/scenes/full_width_36000.json &&
         fails_with 2 'different scale: host/scenes/full_width_36000.json' $matrig compare "$db" 1 --scene host/scenes/full_width_36000.json &&
-        fails_with 2 "two scenes: $scene and --scene $scene; give only one" $matrig compare "$db" 1 $scene --scene $scene &&
+        fails_with 2 "two scenes given: $scene and --scene $scene; give only one" $matrig compare "$db" 1 $scene --scene $scene &&
         fails_with 2 'one runway; --seeds needs a study file' $matrig compare "$db" 1 --seeds 4 &&
-        fails_with 2 'a RUN and a series exclude each other' $matrig compare "$db" 1 --series spring &&
-        fails_with 2 '-o works only for a single landing; give its RUN' $matrig compare "$db" $scene -o "$tmp/x.csv" &&
+        fails_with 2 'RUN and --series exclude each other' $matrig compare "$db" 1 --series spring &&
+        fails_with 2 '-o works only for a single landing; give the RUN of a landing' $matrig compare "$db" $scene -o "$tmp/x.csv" &&
         fails_with 2 'needs DB RUN, DB FILE or DB --series' $matrig compare "$db"
 }
 ends_with_a_sentence() { # the text has it, the report too (tests/host/test_compare has which value it names)

@@ -35,7 +35,7 @@ it_outlasts_the_power_and_comes_over_can() {
 the_same_again_changes_nothing() { # and the CRC that the file has is the board's
     local before after
     before=$(cksum "$tmp/flash")
-    can set "$tmp/back.cfg" >"$tmp/set" && grep -q 'no difference, 0 fields changed: revision 1' "$tmp/set" || return 1
+    can set "$tmp/back.cfg" >"$tmp/set" && grep -q 'the board already has this configuration, 0 fields changed: revision 1' "$tmp/set" || return 1
     after=$(cksum "$tmp/flash")
     cat "$tmp/set"
     [ "$before" = "$after" ] && [ "$(grep -o 'CRC .*' "$tmp/set")" = "$($matrig board config check "$tmp/back.cfg" | grep -o 'CRC .*')" ]
@@ -53,7 +53,7 @@ stale() { # made from revision 1, and 2 is in force
     serial set "$tmp/stale.cfg" 2>"$tmp/stale.err"
     local status=$?
     cat "$tmp/stale.err"
-    [ $status = 1 ] && grep -q 'based on revision 1, but the board has revision 2: .*stale.cfg; get the configuration again' "$tmp/stale.err"
+    [ $status = 1 ] && grep -q 'based on revision 1, but the board has revision 2: .*stale.cfg; get and edit the present configuration' "$tmp/stale.err"
 }
 locked() { # a landing is armed: neither got nor set
     local board helper status
@@ -79,30 +79,30 @@ refused() {
 line_of() { awk -v name="$1 = " 'index($0, name) == 1 { print NR }' "$tmp/first.cfg"; }
 files_are_refused_with_line_and_advice() {
     local gate=$(line_of 'gate[3].station_ft') kind=$(line_of 'channel[9].kind') mats=$(line_of site.mats)
-    refused 4 "site.mats cannot be .many.: .*bad.cfg:$mats; it is from 1 to 512$" 's/^(site\.mats = ).*/\1many/' &&
-        refused 4 "site.mats cannot be .600.: .*bad.cfg:$mats; it is from 1 to 512$" 's/^(site\.mats = ).*/\1600/' &&
-        refused 4 "gate\[3\].station_ft cannot be .nan.: .*bad.cfg:$gate; it is from -1000 to 1000$" 's/^(gate\[3\]\.station_ft = ).*/\1nan/' &&
-        refused 1 "gate\[3\].station_ft is 2.5, gate\[2\].station_ft is 2.5: the first must be larger: .*bad.cfg:$gate; correct it$" 's/^(gate\[3\]\.station_ft = ).*/\12.5/' &&
-        refused 1 "gate\[3\].station_ft is 1e\+09: above its maximum: .*bad.cfg:$gate; it is from -1000 to 1000$" 's/^(gate\[3\]\.station_ft = ).*/\11e9/' &&
-        refused 1 "channel\[9\].kind is 1: this input cannot measure that kind: .*bad.cfg:$kind; channel\[1\] to \[8\] are displacement" 's/^(channel\[9\]\.kind = ).*/\11/' &&
-        refused 1 'channel\[2\].number is 1, channel\[1\].number is 1: numbers of one kind must differ: .*; correct it' 's/^(channel\[2\]\.number = ).*/\11/' &&
-        refused 4 'channel\[2\].expires_day cannot be .2026-02-30.: .*; it is YYYY-MM-DD up to 2243-10-17, or never' 's/^(channel\[2\]\.expires_day = ).*/\12026-02-30/' &&
+    refused 4 "site.mats cannot be .many.: .*bad.cfg:$mats; give 1 to 512$" 's/^(site\.mats = ).*/\1many/' &&
+        refused 4 "site.mats cannot be .600.: .*bad.cfg:$mats; give 1 to 512$" 's/^(site\.mats = ).*/\1600/' &&
+        refused 4 "gate\[3\].station_ft cannot be .nan.: .*bad.cfg:$gate; give -1000 to 1000$" 's/^(gate\[3\]\.station_ft = ).*/\1nan/' &&
+        refused 1 "gate\[3\].station_ft is 2.5, gate\[2\].station_ft is 2.5: the first value must be larger: .*bad.cfg:$gate; correct it$" 's/^(gate\[3\]\.station_ft = ).*/\12.5/' &&
+        refused 1 "gate\[3\].station_ft is 1e\+09: above its maximum: .*bad.cfg:$gate; give -1000 to 1000$" 's/^(gate\[3\]\.station_ft = ).*/\11e9/' &&
+        refused 1 "channel\[9\].kind is 1: this input cannot measure that kind: .*bad.cfg:$kind; set the kind of channel\[1\] to \[8\] to 1" 's/^(channel\[9\]\.kind = ).*/\11/' &&
+        refused 1 'channel\[2\].number is 1, channel\[1\].number is 1: two channels of one kind have the same number: .*; correct it' 's/^(channel\[2\]\.number = ).*/\11/' &&
+        refused 4 'channel\[2\].expires_day cannot be .2026-02-30.: .*; give YYYY-MM-DD up to 2243-10-17, or never' 's/^(channel\[2\]\.expires_day = ).*/\12026-02-30/' &&
         refused 2 'no such gate: 25: .*; use gate\[1\] to gate\[24\]' 's/^gate\[24\]/gate[25]/' &&
-        refused 2 'no such group: .mat.: .*; use site, channel, gate, band or predict' 's/^site\.mats/mat.mats/' &&
-        refused 2 'gate has no field .place.: .*; the comment above' 's/^gate\[4\]\.station_ft/gate[4].place/' &&
-        refused 4 "site.mats is given twice: .*bad.cfg:$((mats + 1)); line $mats also gives this field" 's/^(site\.mats = .*)/\1\nsite.mats = 3/' &&
+        refused 2 'no such group: .mat.: .*; use the group site, channel, gate, band or predict' 's/^site\.mats/mat.mats/' &&
+        refused 2 'gate has no field .place.: .*; use a field from the comment above' 's/^gate\[4\]\.station_ft/gate[4].place/' &&
+        refused 4 "site.mats is given twice: .*bad.cfg:$((mats + 1)); line $mats also sets this field" 's/^(site\.mats = .*)/\1\nsite.mats = 3/' &&
         refused 4 'field site.mats is missing: .*; give every field' '/^site\.mats/d' &&
         refused 4 'not a field: .hello world.: .*:1; write group' '1s/.*/hello world/' &&
-        refused 4 'site.name cannot be .rig.: .*; it is at most 16 printable characters in double quotes' 's/^(site\.name = ).*/\1rig/' &&
+        refused 4 'site.name cannot be .rig.: .*; give at most 16 printable characters in double quotes' 's/^(site\.name = ).*/\1rig/' &&
         fails_with 3 "cannot be read .No such file.*: $tmp/none.cfg; matrig board config get" $matrig board config check "$tmp/none.cfg" &&
         fails_with 4 "not a text file: $elf; give a file" $matrig board config check $elf
 }
 words_are_checked() {
-    fails_with 2 "not an action of config: 'put'" $matrig board config put &&
-        fails_with 2 'one link needed' $matrig board config get &&
+    fails_with 2 "unknown action of config: 'put'" $matrig board config put &&
+        fails_with 2 'matrig board config get needs one link' $matrig board config get &&
         fails_with 2 'no file' $matrig board --serial unix:/none config set &&
-        fails_with 2 'needs no board' $matrig board --serial unix:/none config check "$tmp/first.cfg" &&
-        fails_with 2 'one link needed' $matrig board --serial unix:/a --can unix:/b config get
+        fails_with 2 'uses no board' $matrig board --serial unix:/none config check "$tmp/first.cfg" &&
+        fails_with 2 'matrig board config get needs one link' $matrig board --serial unix:/a --can unix:/b config get
 }
 
 record() { # SECONDS DB LOG-OPTIONS: a landing, or its beginning, by the configuration that is in flash, logged over sockets

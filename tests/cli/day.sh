@@ -17,7 +17,7 @@ off() { kill -INT $board; wait $board; }
 
 mistyped() { # no key but y makes a campaign
     day 'n\n' "$tmp/none.db" >"$tmp/said"
-    [ $? = 2 ] && grep -q 'Begin a new campaign' "$tmp/said" && grep -q 'matrig: no campaign: .*none.db; nothing was created' "$tmp/said" && [ ! -e "$tmp/none.db" ] &&
+    [ $? = 2 ] && grep -q 'Begin a new campaign' "$tmp/said" && grep -q 'matrig: the campaign .*none.db does not exist, and none was created' "$tmp/said" && [ ! -e "$tmp/none.db" ] &&
         fails_with 3 'none.db' $matrig --json day "$tmp/none.db" && [ ! -e "$tmp/none.db" ]
 }
 begins() { # a skipped step is skipped for this day alone
@@ -36,7 +36,7 @@ odd_words() { # a name like an option, a line too long, a link that is none, a p
     day '2\n--notes\nrw\n\nq\n' "$tmp/a.db" >/dev/null || return 1
     [ "$(sqlite3 "$tmp/a.db" 'select name, runway from series order by id desc limit 1')" = '--notes|rw' ] || return 1
     day "2\n$(printf 'x%.0s' {1..80})\nshort\n\n\nq\n" "$tmp/a.db" >"$tmp/said" || return 1
-    grep -q 'too long: at most 78 characters' "$tmp/said" && [ "$(sqlite3 "$tmp/a.db" 'select name from series order by id desc limit 1')" = short ] || return 1
+    grep -q 'input too long: give at most 78 characters' "$tmp/said" && [ "$(sqlite3 "$tmp/a.db" 'select name from series order by id desc limit 1')" = short ] || return 1
     day '7\nnd line\nq\n' "$tmp/a.db" | grep -q 'matrig: .*nd line' || return 1
     local db="$tmp/it's; \`id\`.db"
     day 'y\n2\nodd\n\n\n\nq\n' "$db" >/dev/null 2>&1

@@ -82,8 +82,8 @@ writing_is_refused() { # WHAT WORDS
 }
 cp "$there/c.db" "$tmp/kept.db"
 check "what writes says that it is read-only, on which file system" writing_is_refused read-only 'cannot write \(Read-only file system; [a-z0-9.]+ at /'
-check "that there are no locks" writing_is_refused no-locks 'this file system has no locks \(No locks available; [a-z0-9.]+ at /.*log to a local disk'
-check "that there is no shared memory" writing_is_refused no-shared 'this file system has no shared memory \(No such device; [a-z0-9.]+ at /.*log to a local disk'
+check "that there are no locks" writing_is_refused no-locks 'a campaign needs locks, which this file system does not provide \(No locks available; [a-z0-9.]+ at /.*log to a local disk'
+check "that there is no shared memory" writing_is_refused no-shared 'a campaign needs shared memory, which this file system does not provide \(No such device; [a-z0-9.]+ at /.*log to a local disk'
 
 # What the file system said, and which one it is.
 on_failing_disk() { # WHAT WORDS
@@ -115,7 +115,7 @@ limited() { # LIMIT WORDS COMMAND...: one line, or none and all is well
     if [ -z "$words" ]; then [ $status = 0 ] && [ ! -s "$tmp/err" ]; else [ $status = 3 ] && [ "$(wc -l <"$tmp/err")" = 1 ] && grep -Eq "$words" "$tmp/err"; fi
 }
 little_memory() {
-    local small='stack too small: 256 kB, matrig needs 1024 kB; run ulimit -s 1024'
+    local small='stack too small: the limit is 256 kB, but matrig needs 1024 kB; run ulimit -s 1024'
     limited "-s 256" "$small" show "$db" 1 && limited "-s 256" "$small" log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/l1.db" &&
         limited "-S -s 256" '' log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/l2.db" && limited "-s 1024" '' report "$db" -o "$tmp/l.html" &&
         limited "-s 1024" '' log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/l3.db" && limited "-v 60000" '' show "$db" 1 &&
@@ -125,7 +125,7 @@ little_memory() {
 check "a small stack, little memory: one line, or all is well" little_memory
 strange_bytes_are_shown() {
     printf '\001\002 a sheet\n' >"$tmp/strange"
-    fails_with 4 "no frames: file:.*strange line 1, column 1; the line is '\?\? a sheet'" $matrig import "$tmp/new.db" "$tmp/strange" && [ ! -e "$tmp/new.db" ]
+    fails_with 4 "not a CAN frame: file:.*strange line 1, column 1: '\?\? a sheet'" $matrig import "$tmp/new.db" "$tmp/strange" && [ ! -e "$tmp/new.db" ]
 }
 check "a file that is no log is shown as it reads" strange_bytes_are_shown
 # The campaign is locked while a log ends: by whom is said.
@@ -181,7 +181,7 @@ in_all() { # SQL: the sum over the campaign and those beside it
 goes_on_in_another_file() {
     local known=$(sqlite3 "$tmp/kept.db" 'SELECT count(*) FROM frames') blocks=$(sqlite3 "$tmp/kept.db" 'SELECT count(*) FROM blocks')
     bash -c "ulimit -c 0 -f 1500; exec $matrig --quiet log --can file:$tmp/can --serial file:$tmp/serial --db $tmp/grown.db" >"$tmp/out" 2>"$tmp/err"
-    [ $? = 3 ] && tail -n 1 "$tmp/err" | grep -Eq '\.db has reached the maximum file size \(of ulimit -f or its file system\) and keeps its data; the data logged since [0-9:]* is in .*grown-saved-' || { cat "$tmp/err"; return 1; }
+    [ $? = 3 ] && tail -n 1 "$tmp/err" | grep -Eq '\.db has reached the maximum file size \(by ulimit -f or the file system\) and keeps its data; the data logged since [0-9:]* is in .*grown-saved-' || { cat "$tmp/err"; return 1; }
     ls -l "$tmp"/grown*
     echo "frames $(in_all 'SELECT count(*) FROM frames') of $known, blocks $(in_all 'SELECT count(*) FROM blocks') of $blocks"
     [ "$(ls "$tmp"/grown*.db | wc -l)" -ge 2 ] && [ "$(in_all 'SELECT count(*) FROM frames')" = "$known" ] && [ "$(in_all 'SELECT count(*) FROM blocks')" = "$blocks" ]

@@ -13,7 +13,7 @@ echo '{"model": "chain", "N": 3, "tend": 0.3}' >"$tmp/chain.json"
 check "a study runs and is drawn" sh -c "$m error $tmp/short.json --plot $tmp/plot.svg >$tmp/table"
 check "every solver is in the table" awk '$1 ~ /^(event|implicit|cvode|rkgs|hamming|rk4)$/ && $NF ~ /ok|it$/ { s[$1] = 1 }
     END { for (n in s) k++; exit k != 6 }' "$tmp/table"
-check "it says what the reference is" grep -Eq 'reference +event .*agrees with implicit' <(tr '\n' ' ' <"$tmp/table")
+check "it says what the reference is" grep -Eq 'reference +event .*in agreement with implicit' <(tr '\n' ' ' <"$tmp/table")
 check "it says which is cheapest" grep -Eq '^ +cheapest +[a-z0-9]+ ' "$tmp/table"
 drawn() {
     [ "$(grep -o 'run time (ms)' "$tmp/plot.svg" | wc -l)" = 2 ] && grep -q 'largest error of lift (ft)' "$tmp/plot.svg" && grep -q 'short <3.7>\|short &lt;3.7' "$tmp/plot.svg" &&

@@ -46,7 +46,7 @@ run_line() {
     compare) allowed="0 1" ;;
     survey) [[ $line == *--load* ]] || { typed=typed; printf '33.8\nq\n' >typed; cp campaign.db other.db; line=${line/campaign.db/other.db}; } ;;
     # a sensor at rest while three values are typed: by its noise a gain that no sensor of the rig has, or none; the command says which
-    calibrate) typed=typed && printf '0\n0.5\n1\nq\n' >typed && allowed="1 5" && expected='a board would refuse this|do not follow the known values' ;;
+    calibrate) typed=typed && printf '0\n0.5\n1\nq\n' >typed && allowed="1 5" && expected='a board would refuse this|do not change with the known values' ;;
     board) line=${line/read 3/read 1} ;; # what the examples of log left in the black box
     study) line=$(sed -E 's/ --seeds [0-9]+//' <<<"$line")' --seeds 1' ;;
     error) line=${line/host\/scenes\/consistent_fig3_7/tests\/sim_reference\/scenes\/report_frictionless} ;;

@@ -46,7 +46,7 @@ told() { # NAME WORDS
     $matrig --quiet report "$tmp/$1.db" -o "$tmp/$1.html" >"$tmp/report.txt" 2>&1 || { cat "$tmp/report.txt"; return 1; }
     grep -Eq "$2" "$tmp/$1.txt" && grep -Eq "$2" "$tmp/$1.html"
 }
-nothing_told() { ! grep -E 'no transducer corrects|left out|instead of every mat|no switch gave|restarted' "$tmp/whole.txt" && told whole 'runway state at arming: from a landing or a survey since the reset; joint resistance 1.0'; }
+nothing_told() { ! grep -E 'no transducer corrects|left out|instead of every mat|no switch measures|restarted' "$tmp/whole.txt" && told whole 'runway state at arming: from a landing or a survey since the reset; joint resistance 1.0'; }
 
 check "nothing lost: no doubt, every mat" whole
 check "a channel lost: it is named, and left out" one_lost
@@ -56,7 +56,7 @@ check "a third of the budget: a cheaper level, and that is said" a_third
 check "nothing lost: nothing of the kind is said" nothing_told
 check "a channel lost, in words" told one 'transducer 4 \(70.0 ft\) was left out: missing, from'
 check "all lost, in words" told all 'no transducer corrects the model'
-check "no switches, in words" told none 'no switch gave the position of the gear'
+check "no switches, in words" told none 'no switch measures the position of the gear'
 check "a third of the budget, in words" told third 'two mats in one instead of every mat'
 for name in whole one all none third; do
     check "$name: the host computes the same, to the last bit" same_to_the_last_bit $name

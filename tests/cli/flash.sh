@@ -51,7 +51,7 @@ flashes() { # FILE: the whole of it; the board runs it; the configuration is as 
 from_the_firmware() {
     start_board && flash $firmware/matrig.bin && grep -q 'already runs this image' "$tmp/said" || return 1
     cp $firmware/matrig.elf "$tmp/other.elf" && build/firmware/stamp "$tmp/other.elf" 0123456789ab-dirty &&
-        flash "$tmp/other.elf" && grep -q 'same program, but different header' "$tmp/err" &&
+        flash "$tmp/other.elf" && grep -q 'the program is the same, but header' "$tmp/err" &&
         grep -q '^commit  *0123456789ab-dirty$' "$tmp/said" && grep -q 'board  *runs it' "$tmp/said" && stop_board && configuration_kept
 }
 compares() { # the board with files
@@ -88,7 +88,7 @@ protected() {
         stop_board
     done
     [ $done = 0 ] && stop_board && start_board --boot0 || return 1
-    fails_with 3 'stm32flash failed at the jump to the boot ROM.*stm32flash -u .*-k read protection' build/matrig --quiet flash "pty:$tty" $firmware/matrig.elf --baud 460800
+    fails_with 3 'stm32flash failed at the jump to the boot ROM.*stm32flash -u .*-k removes read protection' build/matrig --quiet flash "pty:$tty" $firmware/matrig.elf --baud 460800
     local found=$?
     stop_board && return $found
 }
@@ -96,7 +96,7 @@ not_during_a_landing() { # the run file arms in the first second
     rm -f "$tmp/flash" && start_board --elf $firmware/matrig.elf --rig tests/runs/landing5.run --speed real || return 1
     sleep 10 <"$tty" &
     sleep 1.5
-    fails_with 2 'does not interrupt a landing \(it is (armed|landing)\)' build/matrig --quiet flash "pty:$tty" build/tests/variant/rest.elf
+    fails_with 2 'cannot restart during a landing \(state: (armed|landing)\)' build/matrig --quiet flash "pty:$tty" build/tests/variant/rest.elf
     local found=$?
     kill $! "$board"
     wait "$board"
@@ -113,10 +113,10 @@ refused() { # before any board is spoken to
     local elf=$firmware/matrig.elf
     cp $elf "$tmp/notes.txt" && head -c 100 README.md >"$tmp/text" && : >"$tmp/empty.bin" || return 1
     fails_with 4 'different machine' build/matrig flash serial:/dev/null build/matrig &&
-        fails_with 4 'an empty file' build/matrig flash serial:/dev/null "$tmp/empty.bin" &&
+        fails_with 4 'the image file is empty' build/matrig flash serial:/dev/null "$tmp/empty.bin" &&
         fails_with 4 'neither an ELF file nor named .bin' build/matrig flash serial:/dev/null "$tmp/text" &&
         fails_with 3 'no firmware image' build/matrig flash serial:/dev/null "$tmp/nowhere.elf" &&
-        fails_with 2 "without the matrig header" build/matrig flash serial:/dev/null build/tests/hil/images/talk.elf &&
+        fails_with 2 "has no matrig header" build/matrig flash serial:/dev/null build/tests/hil/images/talk.elf &&
         fails_with 3 'no serial port' build/matrig flash serial:/dev/nowhere $elf &&
         fails_with 2 'stm32flash needs a serial port: can:can0' build/matrig flash can:can0 $elf &&
         fails_with 2 'stm32flash needs a serial port: file:x' build/matrig flash file:x $elf &&

@@ -50,25 +50,25 @@ columns_go_by_their_names() {
 }
 without_a_unit_it_is_refused() {
     printf '0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv"
-    refuses d3 4 'not a line of column names: .*points.csv, line 1; name the columns: mm,codes' || return 1
+    refuses d3 4 'the first line has no column names: .*points.csv, line 1; name the columns: mm,codes' || return 1
     printf 'value,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv" && refuses d3 4 'points.csv, line 2; ' || return 1
     printf 'lb,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv"
-    refuses d3 4 'a unit of the wrong kind: .*use in, mm, cm, m or ft for a transducer'
+    refuses d3 4 'the unit of the values is of the wrong kind: .*use in, mm, cm, m or ft for a transducer'
 }
 an_odd_name_is_refused() { # a unit that matrig does not know, or one that is scaled
     local name
     for name in daN kip 'load (daN)' 'tenths of lb' 'tenths (lb)' 'load (lb/10)' 'lb x10' 'lb (0.1)'; do
         printf '%s,codes\n0,496.5\n17.793,744.7\n35.586,993.0\n' "$name" >"$tmp/points.csv"
-        refuses t2 4 'not a line of column names' || return 1
+        refuses t2 4 'the first line has no column names' || return 1
     done
 }
 mistakes_are_refused() {
     printf 'in,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv"
-    refuses d3 1 'channel\[3\].unit_per_code is 0.0409.*: the value per code is larger than that of any sensor of the rig; .*the values may have been in mm$' || return 1
+    refuses d3 1 'channel\[3\].unit_per_code is 0.0409.*: the value per code is larger than that of any sensor of the rig; .*the unit of the values may have been mm$' || return 1
     printf 'in,codes\n62.1,0\n372.4,0.5\n682.6,1\n' >"$tmp/points.csv"
     refuses d3 1 'is 620.*the columns may be swapped$' || return 1
     printf 'lb,codes\n0,496.5\n177.93,744.7\n355.86,993.0\n' >"$tmp/points.csv"
-    refuses t2 1 'the values may have been in N$' || return 1
+    refuses t2 1 'the unit of the values may have been N$' || return 1
     printf 'in,codes\n0,62.1\n0.5,3724\n1,6826\n' >"$tmp/points.csv"
     refuses d3 1 'code out of range: 3724 for d3, point 2' || return 1
     printf 'in,codes\n0,62.1\n1.27,372.4\n2.54,682.6\n' >"$tmp/points.csv" # cm: possible, but not what it was
@@ -77,22 +77,22 @@ mistakes_are_refused() {
 }
 a_slip_of_the_pen_is_refused() { # 628.6 for 682.6: the gain would be 9 % off; the others fit to 0.0003 in
     printf 'mm,codes\n0,62.1\n12.7,372.4\n25.4,628.6\n12.7,372.3\n0,62.0\n' >"$tmp/points.csv"
-    refuses d3 1 'the points deviate from their fit by 0.029 in, 2.9 % of their span .limit 1.: .*points.csv; without point 3 .1 in, 628.6 codes. the others fit within 8.1e-05 in: .* --accept REASON$' &&
+    refuses d3 1 'the points deviate from their fit by 0.029 in, which is 2.9 % of their span .limit: 1 %.: .*points.csv; without point 3 .1 in, 628.6 codes. the other points fit within 8.1e-05 in: .* --accept REASON$' &&
         refuses d3 1 'without point 3' --table && refuses d3 2 'a reason of one line' --accept "" || return 1
     calibrate d3 >"$tmp/out" 2>/dev/null
-    grep 'worst$' "$tmp/out" && calibrate d3 --miss 5 && [ "$(head -n 1 "$tmp/new.cfg")" = '# d3: deviation from the fit accepted: --miss 5: the points deviate from their fit by 2.9 % of their span' ] && calibrate d3 --accept 'stop bent at 1 in' &&
-        [ "$(head -n 1 "$tmp/new.cfg")" = '# d3: deviation from the fit accepted: stop bent at 1 in' ] && $matrig board config check "$tmp/new.cfg" || return 1
+    grep 'worst$' "$tmp/out" && calibrate d3 --miss 5 && [ "$(head -n 1 "$tmp/new.cfg")" = '# d3: the deviation from the fit was accepted: --miss 5: the points deviate from their fit by 2.9 % of their span' ] && calibrate d3 --accept 'stop bent at 1 in' &&
+        [ "$(head -n 1 "$tmp/new.cfg")" = '# d3: the deviation from the fit was accepted: stop bent at 1 in' ] && $matrig board config check "$tmp/new.cfg" || return 1
     goes_on() { $matrig calibrate "$1" --points "$tmp/points.csv" --config "$tmp/$2.cfg" -o "$tmp/$3.cfg" --force "${@:4}" >/dev/null && head -n 2 "$tmp/$3.cfg" | tr '\n' /; }
-    [[ $(goes_on d4 new next --accept bent) == "# d4: deviation from the fit accepted: bent/# d3: deviation from the fit accepted: stop bent at 1 in/" &&
-        $(goes_on d4 next last --miss 5) == "# d4: deviation from the fit accepted: --miss 5: "*"/# d3: deviation from the fit accepted: stop bent at 1 in/" ]] || return 1
+    [[ $(goes_on d4 new next --accept bent) == "# d4: the deviation from the fit was accepted: bent/# d3: the deviation from the fit was accepted: stop bent at 1 in/" &&
+        $(goes_on d4 next last --miss 5) == "# d4: the deviation from the fit was accepted: --miss 5: "*"/# d3: the deviation from the fit was accepted: stop bent at 1 in/" ]] || return 1
     $matrig --json calibrate d3 --points "$tmp/points.csv" --config "$tmp/rig.cfg" 2>/dev/null | jq -e '.exit == 1 and .kind == "limit" and (.points | length) == 5' || return 1
     printf 'mm,codes\n0,62.1\n12.7,372.4\n25.4,628.6\n' >"$tmp/points.csv" # of three, any
-    refuses d3 1 'no single point explains this'
+    refuses d3 1 'no single point causes the deviation'
 }
 check_and_set_refuse_what_is_impossible() {
     sed -E 's/^(channel\[3\].unit_per_code = ).*/\10.0409309603/' "$tmp/rig.cfg" >"$tmp/mm.cfg"
-    fails_with 1 'channel\[3\].unit_per_code is 0.0409.*mm.cfg:[0-9]+; a transducer gives .*; the values may have been in mm$' $matrig board config check "$tmp/mm.cfg" &&
-        fails_with 1 'the values may have been in mm' $matrig board --serial "unix:$sockets/none" config set "$tmp/mm.cfg"
+    fails_with 1 'channel\[3\].unit_per_code is 0.0409.*mm.cfg:[0-9]+; the gain of a transducer must be .*; the unit of the values may have been mm$' $matrig board config check "$tmp/mm.cfg" &&
+        fails_with 1 'the unit of the values may have been mm' $matrig board --serial "unix:$sockets/none" config set "$tmp/mm.cfg"
 }
 set_refuses_a_jump() {
     ! config set "$tmp/jump.cfg" 2>"$tmp/set.err" && cat "$tmp/set.err" && [ "$(wc -l <"$tmp/set.err")" = 1 ] &&

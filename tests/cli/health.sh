@@ -15,7 +15,7 @@ a_fault_is_logged() {
     build/matrig log --all --serial "file:$tmp/serial" --can "file:$tmp/can" --db "$tmp/log.db" >"$tmp/log.txt" 2>&1 || return 1
     cat "$tmp/log.txt"
     grep -Eq 'the board restarted after a usage fault at 0x080[0-9a-f]{5}' "$tmp/log.txt" &&
-        grep -q 'no acknowledgement: unplugged\|good again after 1\.[45][0-9] s; 1 outage since' "$tmp/log.txt" &&
+        grep -q 'no acknowledgement: unplugged\|works again after 1\.[45][0-9] s; 1 outage since' "$tmp/log.txt" &&
         [ "$(sqlite3 "$tmp/log.db" "select count(distinct code), count(*) from events where kind = 'crash'")" = '42|42' ] &&
         [ "$(sqlite3 "$tmp/log.db" "select group_concat(distinct code) from events where kind = 'can-state' and code = 3")" = 3 ]
 }

@@ -181,7 +181,7 @@ numbers beyond all|UPDATE edges SET position=9223372036854775807, tick=-92233720
 bytes where numbers are, and no frame's bytes|UPDATE frames SET data=zeroblob(70000) WHERE id%100=1; UPDATE frames SET dlc=x'00ff' WHERE id%100=2; UPDATE frames SET board_us='x', can_id=-1 WHERE id%100=3; UPDATE landings SET touchdown_ft=x'00', firmware=zeroblob(70000);
 EOL
 longest() { # a value that takes more memory than any of matrig's
-    hostile longest "UPDATE landings SET firmware=zeroblob(280000000)" && refused 4 longest 'a value longer than any that matrig writes' $matrig landing DB && rm "$tmp/longest.db"
+    hostile longest "UPDATE landings SET firmware=zeroblob(280000000)" && refused 4 longest 'it contains a value that is too long' $matrig landing DB && rm "$tmp/longest.db"
 }
 check "a value of 280 MB" longest
 

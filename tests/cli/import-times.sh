@@ -19,7 +19,7 @@ taken() { # CODE PATTERN BLOCKS FIRST LAST: exit and message, and how long the l
     cat "$tmp/out" "$tmp/err"
     [ $code = "$1" ] && grep -Eq "$2" "$tmp/err" && [ "$(blocks "$tmp/t.db")" = "$3" ]
 }
-far='malformed at line 202, column 1: the time jumps by more than a minute; 1 line was skipped'
+far='malformed at line 202, column 1: the time is more than a minute later than in the row before; 1 line was skipped'
 last() { taken 4 "$far" 200 '' $'3000,1\n' && taken 4 "$far" 200 '' $'1e6,1\n'; }
 no_clock() { taken 4 'malformed at line 202, column 1: impossible time; 1 line' 200 '' $'1e308,1\n' && taken 4 'malformed at line 2, column 1: impossible time' 200 $'-1e308,1\n' ''; }
 value() { taken 4 'malformed at line 202, column 8: impossible value; 1 line' 200 '' $'10.200,1e300\n'; }
@@ -33,7 +33,7 @@ alone() { # a row and no other: the one that was written beyond its buffer
 }
 goes_back() { # a table that does not go on is refused, with the line where
     { printf 't,d\n'; awk 'BEGIN {for (i = 0; i < 400; i++) printf "%.3f,1\n", i / 1000 - (i > 199) * 120}'; } >"$tmp/back.csv"
-    fails_with 4 '200 rows are valid, 200 are not: .*line 202, column 1: the time does not increase' build/matrig import "$tmp/back.db" "$tmp/back.csv" --map "$tmp/named.json"
+    fails_with 4 '200 rows are valid and 200 are invalid: .*line 202, column 1: the time is not later than in the row before' build/matrig import "$tmp/back.db" "$tmp/back.csv" --map "$tmp/named.json"
 }
 beside_a_landing() { # whose time the file's is put into: beyond what a board counts
     sqlite3 "$tmp/t.db" "update imported set readings = readings" && table '' '' | sed 's/^10\./9999999910./' >"$tmp/late.csv"
@@ -74,13 +74,13 @@ blank_lines_count() { # title, blank line, names
 comments_do_not() { by_lines 1 $'# a comment\n\n'"$rows" && eleven_taken <"$tmp/out"; }
 a_row_is_no_header() {
     by_lines 2 $'t,d\n'"$rows"
-    [ $? = 4 ] && grep -q 'malformed at line 2, column 1: a data row among the header lines; see header_lines; 1 line was skipped' "$tmp/err"
+    [ $? = 4 ] && grep -q 'malformed at line 2, column 1: a data row is within the header lines; correct header_lines; 1 line was skipped' "$tmp/err"
 }
 numbers_may_be_names() { by_lines 1 $'0,1\n'"$rows" && eleven_taken <"$tmp/out"; }
 names_are_looked_for_there() {
     sed 's/{"time/{"header_lines": 2, "time/' "$tmp/named.json" >"$tmp/two.json"
     printf 'a title\n\nt,d\n%s' "$rows" >"$tmp/n.csv"
-    fails_with 4 "no column 't': .*line 2; .*header_lines counts blank lines, but not comments" build/matrig import "$tmp/n.db" "$tmp/n.csv" --map "$tmp/two.json"
+    fails_with 4 "no column 't': .*line 2; .*header_lines includes blank lines, but not comments" build/matrig import "$tmp/n.db" "$tmp/n.csv" --map "$tmp/two.json"
 }
 
 check "a row far beyond all others is set aside and told" last

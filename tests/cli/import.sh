@@ -26,14 +26,14 @@ PYTHON
           "$(cell "SELECT group_concat(can_id || hex(data), '') FROM (SELECT * FROM frames WHERE landing=2 ORDER BY id)")" ]
 }
 twice_is_refused() {
-    fails_with 2 'already imported, as session 2 .*--again' build/matrig import "$db" "$tmp/can"
+    fails_with 2 'session 2 of .* already contains this file: .*--again' build/matrig import "$db" "$tmp/can"
 }
 three_at_once_make_one() { # whoever comes second sees the first one's
     local pids=() pid good=0
     for _ in 1 2 3; do m import "$tmp/once.db" "$tmp/can" >/dev/null 2>>"$tmp/once.err" & pids+=($!); done
     for pid in "${pids[@]}"; do wait "$pid" && good=$((good + 1)); done
     cat "$tmp/once.err"
-    [ $good = 1 ] && [ "$(grep -c 'already imported, as session 1' "$tmp/once.err")" = 2 ] && [ "$(sqlite3 "$tmp/once.db" 'SELECT count(*) FROM landings')" = 1 ]
+    [ $good = 1 ] && [ "$(grep -c 'session 1 of .* already contains this file' "$tmp/once.err")" = 2 ] && [ "$(sqlite3 "$tmp/once.db" 'SELECT count(*) FROM landings')" = 1 ]
 }
 it_stands_in_report_and_summary() {
     m report "$db" -o "$tmp/report.html" && grep -q "imported from</dt><dd>$tmp/can (candump of can0, [0-9]* bytes, SHA-256 $(sha256sum <"$tmp/can" | cut -c1-64))" "$tmp/report.html"
@@ -41,7 +41,7 @@ it_stands_in_report_and_summary() {
 a_cut_log_keeps_what_is_whole() {
     head -c 500010 "$tmp/can" >"$tmp/cut.log"
     local whole=$(wc -l <"$tmp/cut.log")
-    fails_with 4 "truncated at line $((whole + 1)), column [0-9]*: the log ends inside a line" build/matrig --quiet import "$tmp/cut.db" "$tmp/cut.log" &&
+    fails_with 4 "truncated at line $((whole + 1)), column [0-9]*: the log ends within a line" build/matrig --quiet import "$tmp/cut.db" "$tmp/cut.log" &&
         [ "$(sqlite3 "$tmp/cut.db" 'SELECT count(*) FROM frames')" = "$whole" ] &&
         sqlite3 "$tmp/cut.db" 'SELECT verdict FROM imports' | grep -q "^truncated at line $((whole + 1))"
 }
@@ -59,7 +59,7 @@ another_bus_is_left_out() {
     m --json import "$tmp/two.db" "$tmp/two.log" >"$tmp/json" && grep -q "\"rows\":$lines," "$tmp/json" && grep -q "\"other_interfaces\":$others," "$tmp/json" || return 1
     for road in "file:$tmp/two.log" file:/dev/stdin; do
         rm -f "$tmp/two.db"
-        m log --can "$road" --db "$tmp/two.db" <"$tmp/two.log" >"$tmp/out" && grep -q "frames of other buses, not logged: $others" "$tmp/out" || { cat "$tmp/out"; return 1; }
+        m log --can "$road" --db "$tmp/two.db" <"$tmp/two.log" >"$tmp/out" && grep -q "frames of other buses that were not logged: $others" "$tmp/out" || { cat "$tmp/out"; return 1; }
         [ "$(sqlite3 "$tmp/two.db" 'SELECT count(*) FROM frames')" = "$lines" ] || return 1
     done
 }
@@ -67,14 +67,14 @@ another_bus_is_left_out() {
 two_boards_are_a_question() {
     played --elf build/firmware/matrig.elf --can "file:$tmp/other" --rig tests/runs/landing4.run >/dev/null 2>&1
     sort -s -k 1,1 <(sed 's/ can0 / can2 /' "$tmp/other") "$tmp/can" >"$tmp/both.log"
-    local asked='several buses have a board .can[02] and can[02].: .*select one with .*interface'
+    local asked='several buses in the log have a board .can[02] and can[02].: .*select one bus with .*interface'
     fails_with 2 "$asked" build/matrig import "$tmp/both.db" "$tmp/both.log" && fails_with 2 "$asked" build/matrig log --can "file:$tmp/both.log" --db "$tmp/both.db" &&
-        [ ! -e "$tmp/both.db" ] && fails_with 2 'no frame of can7: .*the log has frames of can[02] and can[02]' build/matrig log --can "file:$tmp/both.log,interface=can7" --db "$tmp/both.db" || return 1
+        [ ! -e "$tmp/both.db" ] && fails_with 2 'no frame of interface can7: .*give one of its interfaces .can[02] and can[02]' build/matrig log --can "file:$tmp/both.log,interface=can7" --db "$tmp/both.db" || return 1
     m import "$tmp/both.db" "$tmp/both.log" --interface can2 >/dev/null && m log --can "file:$tmp/both.log,interface=can0" --db "$tmp/both.db" >/dev/null &&
         [ "$(sqlite3 "$tmp/both.db" 'SELECT group_concat(n) FROM (SELECT count(*) AS n FROM frames GROUP BY session)')" = "$(wc -l <"$tmp/other"),$lines" ] || return 1
     # the other bus is not the same file twice; each is
-    fails_with 2 'already imported' build/matrig import "$tmp/both.db" "$tmp/both.log" --interface can2 && m import "$tmp/both.db" "$tmp/both.log" --interface can0 >"$tmp/out" && grep -q '^bus  *can0$' "$tmp/out" &&
-        fails_with 2 'already imported' build/matrig import "$tmp/both.db" "$tmp/both.log" --interface can0 && [ "$(sqlite3 "$tmp/both.db" 'SELECT group_concat(bus) FROM imports')" = can2,can0 ] &&
+    fails_with 2 'already contains this file' build/matrig import "$tmp/both.db" "$tmp/both.log" --interface can2 && m import "$tmp/both.db" "$tmp/both.log" --interface can0 >"$tmp/out" && grep -q '^bus  *can0$' "$tmp/out" &&
+        fails_with 2 'already contains this file' build/matrig import "$tmp/both.db" "$tmp/both.log" --interface can0 && [ "$(sqlite3 "$tmp/both.db" 'SELECT group_concat(bus) FROM imports')" = can2,can0 ] &&
         m landing "$tmp/both.db" 3 >/dev/null && m report "$tmp/both.db" -o "$tmp/both.html" && grep -q 'both.log (candump of can2, ' "$tmp/both.html" && grep -q 'both.log (candump of can0, ' "$tmp/both.html"
 }
 # A mark of UTF-8, and what candump -l -L -s0 of before 2019 says without a newline.
@@ -241,10 +241,10 @@ silly_input() {
         map_fails 4 'channels\[0\]\.channel: .*give d1 to d8' '{"time": {"column": 1}, "channels": [{"column": 2, "channel": "d9", "unit": "in"}]}' &&
         map_fails 4 'channels\[0\]\.unit: .*give in, mm' '{"time": {"column": 1}, "channels": [{"column": 2, "channel": "d1", "unit": "lb"}]}' &&
         map_fails 4 "no column 'y': .*gear.csv line 1" '{"time": {"column": 1}, "channels": [{"column": "y", "channel": "d1", "unit": "in"}]}' &&
-        map_fails 4 'is given twice' '{"time": {"column": 1}, "channels": [{"column": 2, "channel": "d1", "unit": "in"}, {"column": 3, "channel": "d1", "unit": "in"}]}' &&
-        map_fails 4 'rows are valid, 600 are not: .*line 2, column 1.*the mapping fits' '{"decimal": ",", "separator": ";", "time": {"column": 1}, "channels": [{"column": 1, "channel": "d1", "unit": "in"}]}' &&
-        fails_with 4 'no frames: ' build/matrig import "$tmp/none.db" "$table" && [ ! -e "$tmp/none.db" ] &&
-        fails_with 2 '--like is only for readings of other instruments' build/matrig import "$db" "$tmp/can" --like 1 &&
+        map_fails 4 'give this channel only once' '{"time": {"column": 1}, "channels": [{"column": 2, "channel": "d1", "unit": "in"}, {"column": 3, "channel": "d1", "unit": "in"}]}' &&
+        map_fails 4 'rows are valid and 600 are invalid: .*line 2, column 1.*the mapping fits' '{"decimal": ",", "separator": ";", "time": {"column": 1}, "channels": [{"column": 1, "channel": "d1", "unit": "in"}]}' &&
+        fails_with 4 'not a CAN frame: ' build/matrig import "$tmp/none.db" "$table" && [ ! -e "$tmp/none.db" ] &&
+        fails_with 2 '--like works only with readings of other instruments' build/matrig import "$db" "$tmp/can" --like 1 &&
         fails_with 2 'no landing 99|RUN 99|no RUN 99' build/matrig import "$db" "$table" --map "$tmp/gear.json" --like 99 --again &&
         fails_with 3 'cannot open' build/matrig import "$db" /nonexistent
 }

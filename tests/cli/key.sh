@@ -138,7 +138,7 @@ unplugged() {
     pids=($!)
     await test -S "$work/line"
     by_serial --jumper -- $matrig board --serial "unix:$work/line" key new 2>"$tmp/err"
-    [ $? = 3 ] && cat "$tmp/err" && grep -q 'the board may have the new key, but no computer has it: repeat key new' "$tmp/err"
+    [ $? = 3 ] && cat "$tmp/err" && grep -q 'the board may have the new key, but this computer did not store it: repeat key new' "$tmp/err"
 }
 check "who does not get the board's answer to a new key is told what that means" unplugged
 check "... and the file of the key before is kept" cmp "$file" "$work/kept"
@@ -151,13 +151,13 @@ check "a file that others may read is refused" fails_with 3 'other users may rea
 chmod 600 "$file"
 cp -p "$file" "$work/kept"
 tr -d '\n' <"$work/kept" | cat - "$work/kept" >"$file"
-check "more than 64 digits are no key" fails_with 4 'not a key of 64 hexadecimal digits' $matrig board --can "$can" arm 12
+check "more than 64 digits are no key" fails_with 4 'the key file does not contain 64 hexadecimal digits' $matrig board --can "$can" arm 12
 cp -p "$work/kept" "$file"
-check "a computer without the key is told where it belongs" fails_with 2 'accepts commands only with its key, and this computer does not have it: .*none/matrig/.*key' \
+check "a computer without the key is told where it belongs" fails_with 2 'accepts commands only with its key, and the key file is missing: .*none/matrig/.*key' \
     env XDG_CONFIG_HOME="$work/none" $matrig board --can "$can" arm 12
 mkdir -p "$work/other/matrig"
 cp -p "$work/first" "$work/other/matrig/$(basename "$file")"
-check "an old key is not the board's" fails_with 2 'the key in this file is not the key of the board: .*other/matrig/.*key' env XDG_CONFIG_HOME="$work/other" $matrig board --can "$can" arm 12
+check "an old key is not the board's" fails_with 2 'replace this file, which does not contain the key of the board: .*other/matrig/.*key' env XDG_CONFIG_HOME="$work/other" $matrig board --can "$can" arm 12
 off
 
 # a landing: armed and disarmed by the log, a stranger's order in it
@@ -209,7 +209,7 @@ memory[memory.find(key) + 9] ^= 1
 open(sys.argv[1], "r+b").write(memory)
 P
 boot
-check "a damaged key is told from a missing one" fails_with 2 'its key is damaged: set a new key with matrig board key new' $matrig board --can "$can" arm 12
+check "a damaged key is told from a missing one" fails_with 2 'because its key is damaged: .*; set a new key with matrig board key new' $matrig board --can "$can" arm 12
 off
 check "a lost key is cleared, without it" by_serial --jumper -- env XDG_CONFIG_HOME="$work/none" $matrig board --serial "$serial" key clear
 check "... and the bus is open again" says "open bus"

@@ -55,7 +55,7 @@ observations() {
     grep '^    [wb]' "$tmp/seen"
     grep -q '^    wave  *1  *88\.0  *2  *0\.60  *left  *two-panel  *1\.50  *tester' "$tmp/seen" && grep -q '^    wave   *grew <i>slowly$' "$tmp/seen" &&
         grep -q '^    wave  *3  *91\.0  *-  *0\.50 ' "$tmp/seen" || return 1
-    fails_with 4 'reason too long' $matrig landing "$db" 1 --withdraw 3 --reason "$(printf '%400s' x)" || return 1
+    fails_with 4 'the reason is too long' $matrig landing "$db" 1 --withdraw 3 --reason "$(printf '%400s' x)" || return 1
     landing 1 --withdraw 3 --reason "a shadow" | grep -q '^    wave  *3  *yes ' || return 1
     fails_with 2 'no observation 3 to withdraw' $matrig landing "$db" 1 --withdraw 3 --reason again &&
         sqlite3 "$db" "delete from observations" 2>&1 | grep -q 'history stays'

@@ -99,10 +99,10 @@ it_arms_and_disarms() {
         sleep 0.1
     done
     grep -q '{"done":true}' "$tmp/answer" || return 1
-    status_is 409 post '{"command":"arm"}' "$json" "X-Matrig-Token: $token" && grep -q 'not possible in the present state' "$tmp/answer" || return 1
+    status_is 409 post '{"command":"arm"}' "$json" "X-Matrig-Token: $token" && grep -q 'the board is armed, in a landing' "$tmp/answer" || return 1
     sleep 0.2
     request "GET /state HTTP/1.1" "Host: localhost" | grep -q '"state_text":"armed","cause":1,"cause_text":"command","landing":12' || return 1
-    status_is 409 post '{"command":"disarm","until_us":1700000000000000} ' "$json" "X-Matrig-Token: $token" && grep -q 'arrived too late' "$tmp/answer" &&
+    status_is 409 post '{"command":"disarm","until_us":1700000000000000} ' "$json" "X-Matrig-Token: $token" && grep -q 'the time limit of the command has passed' "$tmp/answer" &&
         status_is 400 post '{"command":"disarm"} ' "$json" "X-Matrig-Token: $token" || return 1
     status_is 200 post '{"command":"disarm"}' "$json" "X-Matrig-Token: $token"
 }

@@ -102,7 +102,7 @@ forward() { clock_set forward 3600 "+3600\.000"; }
 second_writer() {
     begin first 9
     await has_come first 12000 || return 1
-    fails_with 3 "^matrig: another program writes to this campaign .matrig log.: .*first.db; end it first, or give a different database" \
+    fails_with 3 "^matrig: another program writes to this campaign .matrig log.: .*first.db; end that program first, or give a different database" \
         $matrig log --can "file:$tmp/nothing" --db "$dbs/first.db" || return 1
     $matrig landing "$dbs/first.db" 1 --note "a note beside it" || return 1 # people go on writing
     wait $logger && wait $sender || return 1

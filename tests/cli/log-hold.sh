@@ -101,7 +101,7 @@ stalled() { # NAME SECONDS: a write takes as long
     echo "queue $(json "$1" queue)"
     all_there "$1" && [ "$(json "$1" queue.held_s.slow_disk "> $2 - 0.1")" = 1 ] &&
         { [ "$2" = 1 ] || # it may be over before a busy computer gets to telling it
-            { told "$1" "^matrig: the disk is slow, [0-9.]+ s so far: waiting, queue [0-9]+ % full, nothing lost: $dbs/$1.db$" &&
+            { told "$1" "^matrig: the disk has been slow for [0-9.]+ s: waiting, queue [0-9]+ % full, nothing lost: $dbs/$1.db$" &&
                 told "$1" "^matrig: the campaign can be written again after [0-9.]+ s; the queue was [0-9]+ % full, nothing lost$"; }; }
 }
 room_again() {
@@ -195,7 +195,7 @@ full_to_the_end() {
 hung() {
     begin hung 40 "$faults" "DISK_STALL=$tmp/hung.now:60" || return 1
     touch "$tmp/hung.now"
-    await told hung "^matrig: the disk is slow" || return 1
+    await told hung "^matrig: the disk has been slow" || return 1
     local from=$SECONDS status
     kill -INT $logger
     await over $logger || return 1

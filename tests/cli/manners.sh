@@ -22,7 +22,7 @@ overview() { for command in $commands; do $m --help | grep -q "^  $command " || 
 check "and is listed" overview
 check "a version" sh -c "$m --version | grep -Eq '^matrig [0-9]+\.[0-9]+\.[0-9]+\$' && $m --json --version | grep -q '^{\"version\":\"'"
 check "help of what is not there" fails_with 2 "unknown command: 'lgo'" $m help lgo
-check "an option of one letter with its value" fails_with 2 '-o needs --cases' $m sweep none.json -ox
+check "an option of one letter with its value" fails_with 2 '-o works only with --cases' $m sweep none.json -ox
 check "a flag takes none" fails_with 2 "unknown option: '-xy'" $m study none.json -xy
 runs_examples() { # those that need no board and no campaign, as --help has them
     local line

@@ -36,7 +36,7 @@ foreign_frames_keep_their_kind() {
 }
 # A date where the campaign knows the board's clock, as the candump export has it; else none, and that is told.
 a_date_stands_where_the_clock_is_known() {
-    build/matrig export "$db" 1 --format mdf4 -o "$tmp/no.mf4" 2>"$tmp/err" && grep -q 'time of day unknown: the file begins in 1970; [a-z]' "$tmp/err" &&
+    build/matrig export "$db" 1 --format mdf4 -o "$tmp/no.mf4" 2>"$tmp/err" && grep -q 'the time of day is unknown, so the file begins in 1970; [a-z]' "$tmp/err" &&
         tests/exchange/mdf4_read.py "$tmp/no.mf4" undated || { cat "$tmp/err"; return 1; }
     sqlite3 "$db" "vacuum into '$tmp/dated.db'" && sqlite3 "$tmp/dated.db" "delete from time_maps; insert into time_maps(session, boot, link, landing, refusal, pairs,
         from_us, to_us, spread_us, fast_ppm, fast_half_ppm, board_us, host_us, host_half_us) select session, boot, 0, 1, 0, 60, 0, 9000000, 50, 25, 0.1, 4000000,

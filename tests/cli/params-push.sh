@@ -52,7 +52,7 @@ check "N, kg, mm and another order" units
 # What cannot be told says why; the rest stands.
 told() { $m params --push "$@" >"$tmp/text"; cat "$tmp/text"; }
 no_unloading() { head -n 10 tests/push/one.csv >"$tmp/up.csv" && told "$tmp/up.csv" --mats 2 && grep -q '^gear_k_lb_ft ' "$tmp/text" &&
-    grep -q '^gear_unloading  *undetermined: no unloading' "$tmp/text" && grep -q '^gear_axle_law  *undetermined: only one load' "$tmp/text"; }
+    grep -q '^gear_unloading  *undetermined: no readings while unloading' "$tmp/text" && grep -q '^gear_axle_law  *undetermined: the tests used only one load' "$tmp/text"; }
 check "no way down, one load" no_unloading
 still() { awk -F, -v OFS=, 'NR > 1 {$4 = 0.001} {print}' tests/push/one.csv >"$tmp/still.csv" && told "$tmp/still.csv" --mats 2 -o "$tmp/still.json" &&
     grep -q "^gear_k_lb_ft  *undetermined: .*at least [1-9]" "$tmp/text" && grep -q "^Coulomb's rigid law" "$tmp/text" && ! grep -q '"gear_' "$tmp/still.json"; }
@@ -62,14 +62,14 @@ weak() { awk -F, -v OFS=, 'NR > 1 {$3 = $3 / 12; $4 = 0} {print}' tests/push/one
 check "too weak a push: cannot tell which law" weak
 bent() { awk -F, -v OFS=, 'NR > 1 {$4 = 4e-5 * $3 * $3} {print}' tests/push/one.csv >"$tmp/bent.csv" && told "$tmp/bent.csv" --mats 2 && grep -q '^Neither law fits well' "$tmp/text"; }
 check "a bend that neither law has" bent
-check "no axle of 50 lb was tested" eval 'told tests/push/one.csv --mats 2 --axle-load 50lb && grep -q "^gear_k_lb_ft *undetermined: tested under 108 lb" "$tmp/text" && ! grep -q "^gear_k_lb_ft *[0-9]" "$tmp/text"'
+check "no axle of 50 lb was tested" eval 'told tests/push/one.csv --mats 2 --axle-load 50lb && grep -q "^gear_k_lb_ft *undetermined: the tests used 108 lb" "$tmp/text" && ! grep -q "^gear_k_lb_ft *[0-9]" "$tmp/text"'
 
 # Bad input: one line.
 bad() { printf "$1" >"$tmp/bad.csv" && fails_with "$2" "$3" $m params --push "$tmp/bad.csv" --mats 2; }
 head='load (lb),force (lb),displacement (in)\n'
 check "no --mats" fails_with 2 'number of mats unknown.*--mats 1 or --mats 2' $m params --push tests/push/one.csv
 check "--mats without tests" fails_with 2 'mats without a push test' $m params --mats 2
-check "nothing to read" fails_with 2 'nothing to read: give READINGS' $m params
+check "nothing to read" fails_with 2 'no readings: give READINGS' $m params
 check "no file" fails_with 3 'cannot read .*none.csv' $m params --push "$tmp/none.csv" --mats 2
 check "empty" bad '' 4 'no readings: .*bad.csv'
 check "no unit" bad 'load (lb),force,displacement (in)\n' 4 "no unit: .*line 1: 'force'; give the force in lb, N"
@@ -77,7 +77,7 @@ check "a force in mm" bad 'load (lb),force (mm),displacement (in)\n' 4 'the wron
 check "a column missing" bad 'load (lb),force (lb)\n' 4 'no column for the displacement'
 check "a column twice" bad 'load (lb),force (lb),force (N),displacement (in)\n' 4 'two columns for the force'
 check "an unknown column" bad 'load (lb),force (lb),displacement (in),time\n' 4 "unknown column: .*'time'"
-check "a unit that matrig does not convert" bad 'load (kip),force (lb),displacement (in)\n' 4 "not understood: .*'load \(kip\)'"
+check "a unit that matrig does not convert" bad 'load (kip),force (lb),displacement (in)\n' 4 "unknown unit in a column name: .*'load \(kip\)'"
 check "no number" bad "${head}108,0,0\n108,five,0.01\n" 4 "no number: .*line 3: force 'five'"
 check "a reading missing" bad "${head}108,0,0\n108,5,\n" 4 'reading missing: .*line 3: displacement'
 check "a decimal comma" bad "${head}108,0,0\n108,5,0,01\n" 4 '4 values for 3 columns: .*line 3'
@@ -85,7 +85,7 @@ check "no load at first" bad "${head},0,0\n" 4 'reading missing: .*line 2: load'
 check "a load of 0" bad "${head}0,0,0\n" 4 'out of range: .*line 2: load 0'
 check "a displacement of 1e150" bad "${head}108,0,0\n108,5,1e150\n" 4 'out of range: .*line 3: displacement 1e150'
 check "too few readings" bad "${head}108,0,0\n108,5,0.004\n108,10,0.009\n" 5 'too few readings: .*bad.csv: test 1 under 108 lb has 3'
-check "no force" bad "${head}108,0,0\n108,1,0\n108,2,0\n108,1,0\n108,0,0\n" 5 'no force above its error'
+check "no force" bad "${head}108,0,0\n108,1,0\n108,2,0\n108,1,0\n108,0,0\n" 5 'all forces are below their error'
 check "does not write over the readings" fails_with 2 'one.csv' $m params --push tests/push/one.csv --mats 2 -o tests/push/one.csv --force
 
 # Both kinds of readings make one scene, and the scene runs.

@@ -74,9 +74,9 @@ walk() { # NAME ARGUMENTS...
 
 rig rest
 a_first_time_is_go() { # nothing to compare with yet: told, no reason for a no-go
-    with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" && tail -n 1 "$tmp/ready.txt" | grep -Eq '^GO, UNCALIBRATED after [0-9.]+ s: [0-9]+ of [0-9]+ checks are go, 7 not done$' &&
+    with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" && tail -n 1 "$tmp/ready.txt" | grep -Eq '^GO, UNCALIBRATED after [0-9.]+ s: [0-9]+ of [0-9]+ checks passed, 7 not done$' &&
         grep -Eq '^not done +firmware ' "$tmp/ready.txt" && grep -Eq '^not done +brown-out reset +off, the factory setting \[on\]' "$tmp/ready.txt" && [ "$(grep -Ec '^GO +(transducer|gage) +[0-9]' "$tmp/ready.txt")" = 22 ] &&
-        grep -Eq '^not done +gage zeros +14 of 14 not measured since reset: configured values used, \+- 1\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +band 2 +pretension (99|100)\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; no earlier calibration' "$tmp/ready.txt"
+        grep -Eq '^not done +gage zeros +14 of 14 gages not measured since reset; their configured zeros are used, \+- 1\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +band 2 +pretension (99|100)\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; no earlier calibration' "$tmp/ready.txt"
 }
 a_landing_names_it() { # logged at once after, it says so; and the next time has something to compare with
     timeout 600 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "unix:$sockets/can" --rig tests/runs/landing5.run 2>"$tmp/board.err" &
@@ -210,7 +210,7 @@ swapped_switches() {
     local status=$?
     wait
     cat "$tmp/ready.txt"
-    [ $status = 1 ] && grep -Eq '^NO-GO +switch 7 +responded when 8 was next' "$tmp/ready.txt" && grep -Eq '^NO-GO +switch 8 +responded when 7 was next' "$tmp/ready.txt" && [ "$(grep -c '^NO-GO ' "$tmp/ready.txt")" = 3 ] &&
+    [ $status = 1 ] && grep -Eq '^NO-GO +switch 7 +responded in the place of number 8' "$tmp/ready.txt" && grep -Eq '^NO-GO +switch 8 +responded in the place of number 7' "$tmp/ready.txt" && [ "$(grep -c '^NO-GO ' "$tmp/ready.txt")" = 3 ] &&
         grep -Eq '^switch 8 \(32\.5 ft\): step of 7[12]\.[0-9] codes, configured 72$' "$tmp/ready.txt"
 }
 a_walk_is_no_landing() { # what the board said on CAN meanwhile: edges, but no landing, no record in the black box
@@ -223,7 +223,7 @@ dead_and_swapped() {
     rig dead "switches=$(seq -s, 11),$(seq -s, 13 24)" push=1,3,2,4,5,6,7,8
     walk dead
     [ $? = 1 ] && grep -Eq '^NO-GO +switch 12 +did not respond' "$tmp/ready.txt" && [ "$(grep -c '^NO-GO ' "$tmp/ready.txt")" = 4 ] && # and the verdict
-        grep -Eq '^NO-GO +transducer 2 +responded when 3 was next' "$tmp/ready.txt" && grep -Eq '^not done +gage walk +none of 14 responded' "$tmp/ready.txt"
+        grep -Eq '^NO-GO +transducer 2 +responded in the place of number 3' "$tmp/ready.txt" && grep -Eq '^not done +gage walk +none of 14 responded' "$tmp/ready.txt"
 }
 check "the first time: go, and what could not be compared is told" a_first_time_is_go
 check "a landing, its report and its bundle say that it was go" a_landing_names_it

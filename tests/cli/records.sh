@@ -146,7 +146,7 @@ pictures_in_the_report() { # shown if they are unchanged and not too large
     $matrig --quiet report "$tmp/p2.db" -o "$tmp/p2.html" >/dev/null && grep -o '<figure><figcaption>Record.*' "$tmp/p2.html" | cut -c 1-400 >"$tmp/said"
     cat "$tmp/said"
     [ "$(wc -l <"$tmp/said")" = 4 ] && grep -F "Record 1: &lt;small.jpg&gt;</figcaption><img " "$tmp/said" | grep -F "src=\"data:image/jpeg;base64,$(base64 -w0 "$tmp/small.jpg")\">" &&
-        grep -F 'large.png&gt; (not shown: ' "$tmp/said" | grep 'has 2.0 MB, and the limit is 2 MB)' && grep 'not shown: the picture is missing: ' "$tmp/said"
+        grep -F 'large.png&gt; (not shown: ' "$tmp/said" | grep 'has 2.0 MB, but the limit is 2 MB)' && grep 'not shown: the picture is missing: ' "$tmp/said"
 }
 pictures() { # the digest is the file's
     printf '\xff\xd8\xff not really a picture' >"$tmp/bow.jpg"
@@ -173,7 +173,7 @@ heights() {
     $matrig --quiet record "$all" --correct "$id" height_ft='2 ft +- 0.02 ft: 100,300 500,300 200,240' --reason film >/dev/null && [ "$(field "$all" $((id + 1)) "['fields']['height_ft']")" = 0.3 ] &&
         field "$all" $((id + 1)) "['fields']['height_ft_error']" | grep '^0.007' && $matrig record "$all" picture | grep 'height (ft)' && $matrig record "$all" picture | grep ' 0.3 +- 0.007' || return 1
     bad() { fails_with 2 "$1" $matrig record "$all" --correct $((id + 1)) height_ft="$2" --reason film; }
-    bad 'not a list of marks: .2 ft: 1,2 3,4.' '2 ft: 1,2 3,4' && bad 'out of range: 0 ft' '0 ft: 0,0 90,0 1,1' && bad 'no scale: the points of known distance are 9 pixels apart' '2 ft: 0,0 9,0 1,1' && bad 'no scale' '2 ft: 0,0 90,0 nan,1' || return 1
+    bad 'not a list of marks: .2 ft: 1,2 3,4.' '2 ft: 1,2 3,4' && bad 'out of range: 0 ft' '0 ft: 0,0 90,0 1,1' && bad 'the points of known distance are only 9 pixels apart' '2 ft: 0,0 9,0 1,1' && bad 'no scale' '2 ft: 0,0 90,0 nan,1' || return 1
     $matrig record "$all" --measure $((id + 1)) -o "$tmp/marks.html" && grep '<title>matrig picture' "$tmp/marks.html" && grep -F "<svg id=\"picture\" data-file=\"$(realpath "$tmp/bow.jpg")\" data-campaign=\"$all\" data-record=\"$((id + 1))\"></svg>" "$tmp/marks.html" || return 1
     fails_with 2 'no file for the page' $matrig record "$all" --measure $((id + 1)) && echo other >"$tmp/bow.jpg" &&
         fails_with 3 'the picture has changed: .*bow.jpg' $matrig record "$all" --measure $((id + 1)) -o "$tmp/marks.html" && printf '\xff\xd8\xff not really a picture' >"$tmp/bow.jpg"
@@ -339,7 +339,7 @@ answers_stay() { # before q and before the end of input; nothing is kept of ques
     cp "$tmp/none.db" "$tmp/q.db"
     $matrig --quiet record "$tmp/q.db" conditions 1 drive=coast tire_psi=5 crew=abc >/dev/null
     day '1\njk\n\n\n\n9\nq\nq\nq\n' "$tmp/q.db" && [ "$(field "$tmp/q.db" 2 "['fields']")" = "{'drive': 'coast', 'release_ft': 9.0}" ] || { cat "$tmp/said"; return 1; }
-    grep -q 'q: end of the questions' "$tmp/said" && $matrig --quiet record "$tmp/q.db" --withdraw 2 --reason again >/dev/null
+    grep -q 'q ends the questions' "$tmp/said" && $matrig --quiet record "$tmp/q.db" --withdraw 2 --reason again >/dev/null
     day '1\n\n\n\n\n8' "$tmp/q.db" && [ "$(field "$tmp/q.db" 4 "['fields']")" = "{'drive': 'coast', 'release_ft': 8.0}" ] || { cat "$tmp/said"; return 1; }
     $matrig --quiet record "$tmp/q.db" --withdraw 4 --reason again >/dev/null
     day '1\n\n\n\n-\n\n\n\n6\nq\n' "$tmp/q.db" && [ "$(field "$tmp/q.db" 6 "['fields']")" = "{'tire_psi': 6.0}" ] || { cat "$tmp/said"; return 1; }

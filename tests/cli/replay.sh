@@ -110,7 +110,7 @@ without_serial() {
 }
 with_a_hole() {
     broken hole 'delete from blocks where landing = 5 and idx between 1200 and 1209' &&
-        fails_with 4 '10 blocks are lost: RUN 5 of .*, first blocks 1200 to 1209 \(1\.200 s to 1\.210 s\)' $matrig replay "$tmp/hole.db" 5
+        fails_with 4 'the record lacks 10 blocks: RUN 5 of .*, first blocks 1200 to 1209 \(1\.200 s to 1\.210 s\)' $matrig replay "$tmp/hole.db" 5
 }
 changed_record() { # one sum of one block is another: the board says so, and so does what it makes of it
     broken changed "update blocks set record = cast(substr(record, 1, 11) || x'0102' || substr(record, 14) as blob) where landing = 5 and idx = 1302" &&
@@ -129,7 +129,7 @@ without_zeros() { # the messages say that the zeros were the configured ones
 }
 without_a_runway() { # the replay starts with an unmeasured one, and says so
     broken nowhere 'delete from runways where landing = 6'
-    $matrig --quiet replay "$tmp/nowhere.db" 6 | grep 'runway  *not recorded completely: the replay starts with an unmeasured runway'
+    $matrig --quiet replay "$tmp/nowhere.db" 6 | grep 'runway  *the recorded runway is incomplete: the replay starts with an unmeasured runway'
 }
 record_begins_at_arming() {
     broken older 'delete from blocks where landing = 6 and idx < (select armed_block from landings where id = 6)' &&
@@ -216,8 +216,8 @@ check "frames that the log lost are no difference" lost_frames_are_no_difference
 check "without the runway's state it starts with an unmeasured one, and that is told" without_a_runway
 check "without block records it is refused" without_serial
 check "with lost blocks it is refused, naming which" with_a_hole
-check "without an image it is refused" fails_with 3 'no firmware image .*: build/none.elf; build it with make all' $matrig replay "$db" 3 --elf build/none.elf
-check "with something that is no image it is refused" fails_with 3 'failed with exit code 4: README.md; its message: .*README.md' $matrig --quiet replay "$db" 3 --elf README.md
+check "without an image it is refused" fails_with 3 'no firmware image .*: build/none.elf; build the image with make all' $matrig replay "$db" 3 --elf build/none.elf
+check "with something that is no image it is refused" fails_with 3 'failed with exit code 4: README.md; message of the board: .*README.md' $matrig --quiet replay "$db" 3 --elf README.md
 check "an unknown speed is refused" fails_with 2 "unknown speed: 'fast' for --speed; give max or real" $matrig replay "$db" 3 --speed fast
 check "a RUN that is not there is refused" fails_with 2 'no such landing: RUN 99' $matrig replay "$db" 99
 finish

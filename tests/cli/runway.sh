@@ -39,8 +39,8 @@ damaged() { # a bit of copy A, sector 4094 of the memory
 forgotten() {
     with_board give load "$tmp/seven.txt" && with_board forget forget && [ "$(in_json forget landings)" = 0 ]
 }
-other_mats() { sed 's/^mats 420/mats 419/; /^joint 421 /d' "$tmp/seven.txt" >"$tmp/short.txt" && board && fails_with 1 "the runway of the file has 419 mats, that of the board 420" $matrig board --serial "unix:$tmp/board.sock" runway load "$tmp/short.txt"; local s=$?; stop; return $s; }
-too_wide() { sed 's/^joint 9 .*/joint 9 0.03100/' "$tmp/seven.txt" >"$tmp/wide.txt" && board && fails_with 4 'no joint wider than its slack' $matrig board --serial "unix:$tmp/board.sock" runway load "$tmp/wide.txt"; local s=$?; stop; return $s; }
+other_mats() { sed 's/^mats 420/mats 419/; /^joint 421 /d' "$tmp/seven.txt" >"$tmp/short.txt" && board && fails_with 1 "the file has a runway of 419 mats, but the board has one of 420" $matrig board --serial "unix:$tmp/board.sock" runway load "$tmp/short.txt"; local s=$?; stop; return $s; }
+too_wide() { sed 's/^joint 9 .*/joint 9 0.03100/' "$tmp/seven.txt" >"$tmp/wide.txt" && board && fails_with 4 'no opening exceeds the slack' $matrig board --serial "unix:$tmp/board.sock" runway load "$tmp/wide.txt"; local s=$?; stop; return $s; }
 
 check "a new board knows no runway" new_board
 check "one is given, kept and told back, each joint" loaded
@@ -51,7 +51,7 @@ check "a runway of other mats is refused" other_mats
 check "one with a joint wider than its slack is refused" too_wide
 sed -i 's/^joint 9 .*/joint 9 wide/' "$tmp/seven.txt"
 check "a line that is none is named" fails_with 4 'seven.txt:12' $matrig board --serial unix:x runway load "$tmp/seven.txt"
-check "no verb it knows" fails_with 2 "not show, load or forget: 'keep'" $matrig board --serial unix:x runway keep
-check "load without a file" fails_with 2 'FILE is missing' $matrig board --serial unix:x runway load
+check "no verb it knows" fails_with 2 "unknown action of runway: 'keep'" $matrig board --serial unix:x runway keep
+check "load without a file" fails_with 2 'no file to load' $matrig board --serial unix:x runway load
 check "no link" fails_with 2 'needs --serial' $matrig board runway
 finish

@@ -64,7 +64,7 @@ J
 cp host/scenes/model_runway.json "$tmp/own.json"
 ln -s own.json "$tmp/alias.json"
 own() { fails_with 2 "would overwrite the input" $m scale "$tmp/own.json" -o "$1" && cmp "$tmp/own.json" host/scenes/model_runway.json; }
-check "a quantity twice" fails_with 2 "given twice: velocity" $m scale velocity=3 weight=2 velocity=4
+check "a quantity twice" fails_with 2 "velocity is given twice" $m scale velocity=3 weight=2 velocity=4
 check "a scene is not written over itself" own "$tmp/own.json"
 check "nor by another name of it" own "$tmp/alias.json"
 damped() { # an element's key scales as its unit, lb s/ft: as CV does; text with a unit is a number then
@@ -100,10 +100,10 @@ J
 check "bands scale with it" banded
 check "no such quantity" fails_with 2 "unknown quantity: 'speed'" $m scale speed=3
 check "a symbol in the wrong case" fails_with 2 "'W' is for weight" $m scale w=3
-check "a file for nothing" fails_with 2 "nothing to write" $m scale W=1 -o "$tmp/nothing"
+check "a file for nothing" fails_with 2 "works only with a scene" $m scale W=1 -o "$tmp/nothing"
 to_pipe() { timeout 600 $m scale "$tmp/block.json" -o /dev/stdout | grep -q '"mats"\|"N"'; }
 check "an output that is a pipe" to_pipe
-check "an output called -" fails_with 2 "not a file name: -" $m scale "$tmp/block.json" -o -
+check "an output called -" fails_with 2 "the file name - is not accepted" $m scale "$tmp/block.json" -o -
 check "not a number" fails_with 2 "not a number: 'x'" $m scale weight=x
 check "no such side" fails_with 2 "unknown side: 'up'" $m scale weight=1 --to up
 check "no such scene" fails_with 3 "none.json" $m scale "$tmp/none.json"

@@ -13,7 +13,7 @@ check "facts of a series are rows of the scoreboard" told
 ground() {
     local fresh=host/landing_series/series/control_fresh.json
     build/matrig --quiet study $fresh --seeds 1 | grep -q '^ground *weightless gear' &&
-        build/matrig --quiet study $fresh --seeds 1 --ground elastic | grep -q '^ground *elastic under a gear with weight: 7000 lb/ft .* 6 axles in 4 lines'
+        build/matrig --quiet study $fresh --seeds 1 --ground elastic | grep -q '^ground *elastic ground under a gear with weight: 7000 lb/ft .* 6 axles in 4 lines'
 }
 check "and which ground it has" ground
 # More friction below than above holds the mat under a locked wheel: Coulomb, on any runway.

@@ -27,7 +27,7 @@ one_of_them() { # the other one is a stranger that shares no identifier
 }
 out_and_in() { # as on the bus, and back
     $matrig export "$tmp/one.db" 1 --format candump -o "$tmp/one.log" 2>"$tmp/export.err" || return 1
-    grep -q 'base 0x190; to import this file, use matrig import --base 0x190' "$tmp/export.err" || return 1
+    grep -q 'base 0x190; to import the file, use matrig import --base 0x190' "$tmp/export.err" || return 1
     diff <(awk '{print $3}' "$tmp/one.log" | sort | uniq -c) \
         <(sqlite3 "$tmp/one.db" "select printf('%03X#', (can_id + 400) % 2048) || hex(data) from frames where landing = 1 and board_us is not null" | sort | uniq -c) || return 1
     $matrig --quiet import "$tmp/back.db" "$tmp/one.log" --base 0x190 >/dev/null &&
@@ -38,9 +38,9 @@ out_and_in() { # as on the bus, and back
 imports_both() { # of one log, one after the other; each once
     $matrig --quiet import "$tmp/twice.db" "$tmp/bus.can" --base 0x190 >/dev/null && $matrig --quiet import "$tmp/twice.db" "$tmp/bus.can" >/dev/null || return 1
     [ "$(sqlite3 "$tmp/twice.db" 'select group_concat(board_landing) from landings')" = 1,5 ] &&
-        fails_with 2 'already imported, as session 1' $matrig --quiet import "$tmp/twice.db" "$tmp/bus.can" --base 400
+        fails_with 2 'session 1 of .* already contains this file' $matrig --quiet import "$tmp/twice.db" "$tmp/bus.can" --base 400
 }
-told_once() { [ "$(grep -c "another board sends on this bus: base 0x000 of file:$tmp/bus.can,base=0x190; it is not logged" "$tmp/one.err")" = 1 ]; }
+told_once() { [ "$(grep -c "another board sends on this bus and is not logged: base 0x000 of file:$tmp/bus.can,base=0x190" "$tmp/one.err")" = 1 ]; }
 refuses() { # REASON BASE: nothing is made
     fails_with 2 "$1" $matrig --quiet log --can "file:$tmp/bus.can,base=$2" --db "$tmp/refused.db" && [ ! -e "$tmp/refused.db" ]
 }

@@ -22,7 +22,7 @@ falls_silent() { # STATE TIMES MORE-S: the log's own time of the silence is 1.7 
     sleep "$3"
     kill -CONT $board
     echo "$line"
-    [[ $line =~ SILENT:\ no\ data\ for\ (1\.[789]|2\.[012])\ s,\ last\ state\ $1\; ]] && await times "sends again: $1" 1 && ! said 'the other link continues'
+    [[ $line =~ SILENT:\ no\ data\ for\ (1\.[789]|2\.[012])\ s,\ last\ state\ $1\; ]] && await times "sends again: $1" 1 && ! said 'the other link does'
 }
 is_armed() {
     local i

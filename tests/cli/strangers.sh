@@ -47,7 +47,7 @@ beginning_is_missing() {
     tail -n +"$((at + 1))" "$tmp/all.can" >"$tmp/late.can"
     log late "$tmp/late.can" || return 1
     cat "$tmp/late.txt"
-    grep -Eq 'incomplete  *the switch edges before number [0-9]+ were not received' "$tmp/late.txt" && ! grep -q '^  touchdown ' "$tmp/late.txt" &&
+    grep -Eq 'incomplete  *the switch edges before edge [0-9]+ were not received' "$tmp/late.txt" && ! grep -q '^  touchdown ' "$tmp/late.txt" &&
         grep -q '^  motion  *not known: the first switch edges were not received' "$tmp/late.txt"
 }
 everything_of_the_catalogue() { mkdir -p "$tmp/each" && python3 tests/link/strangers.py "$tmp/all.can" "$tmp/all.serial" "$tmp/each" $matrig; }

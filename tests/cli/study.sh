@@ -107,8 +107,8 @@ not_a_program() {
 check "one that cannot be run" not_a_program
 rm "$here/alone/bin/matrig-study"
 check "another version" fails_with 2 'matrig-study is version [0-9.]+, but /x/matrig is version 0\.0\.1; install both from one build' "$study" --started-by 0.0.1 /x/matrig fit x
-check "what is no study" fails_with 2 "not a study: 'log'" "$study" log
-check "nothing" fails_with 2 "not a study: 'matrig-study'" "$study"
+check "what is no study" fails_with 2 "unknown study: 'log'" "$study" log
+check "nothing" fails_with 2 "unknown study: 'matrig-study'" "$study"
 
 # --- it does its work ---
 by_cvode() {

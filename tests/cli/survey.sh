@@ -64,7 +64,7 @@ by_mistake() { # it counts no more, stays, and the one before is the newest
     fails_with 2 'no unfinished survey' $matrig survey "$tmp/w.db" --end && $matrig --quiet survey "$tmp/w.db" --new </dev/null >/dev/null || return 1
     fails_with 2 'no readings: survey 2 of .*--withdraw 2' $matrig survey "$tmp/w.db" --end && fails_with 2 'only work together' $matrig survey "$tmp/w.db" --withdraw 2 &&
         $matrig survey "$tmp/w.db" --withdraw 2 --reason 'no mat there' && $matrig survey "$tmp/w.db" --show | grep 'survey  *1, ended' || return 1
-    fails_with 2 'no survey 2: .*withdrawn, matrig landing' $matrig survey "$tmp/w.db" --withdraw 2 --reason again && $matrig landing "$tmp/w.db" | grep 'survey  *2 .*no mat there$' && [ "$(sqlite3 "$tmp/w.db" 'select count(*) from gage_surveys')" = 2 ]
+    fails_with 2 'survey 2 was withdrawn: .*matrig landing' $matrig survey "$tmp/w.db" --withdraw 2 --reason again && $matrig landing "$tmp/w.db" | grep 'survey  *2 .*no mat there$' && [ "$(sqlite3 "$tmp/w.db" 'select count(*) from gage_surveys')" = 2 ]
 }
 
 millimetres() {
@@ -96,16 +96,16 @@ EOF
 sheet_faults() {
     sed 's/^gap,1,8,[^,]*,/gap,1,8,34.9,/' "$tmp/filled.csv" >"$tmp/far.csv"
     $matrig survey "$tmp/f.db" --new --edges both --from "$tmp/far.csv" >/dev/null 2>"$tmp/far.err"
-    [ $? = 1 ] && grep -q 'not accepted, +1.400 in away from the design distance: line 1 .*mats 81 to 90' "$tmp/far.err" &&
+    [ $? = 1 ] && grep -q 'not accepted, because it differs by +1.400 in from the design distance: line 1 .*mats 81 to 90' "$tmp/far.err" &&
         [ "$(kept "$tmp/f.db")" = 193 ] || return 1
     $matrig survey "$tmp/f.db" --edges both --from "$tmp/far.csv" --doubtful >/dev/null 2>&1 && [ "$(kept "$tmp/f.db" "and confirmed")" = 1 ] || return 1
-    fails_with 1 'all 194 readings equal those of survey' $matrig --quiet survey "$tmp/a.db" --new --edges both --from "$tmp/marked.csv" || return 1
+    fails_with 1 'all 194 readings are equal to those of survey' $matrig --quiet survey "$tmp/a.db" --new --edges both --from "$tmp/marked.csv" || return 1
     printf 'kind,line,place,reading_in\ngap,5,0,33.5\n' >"$tmp/bad.csv"
-    fails_with 4 'no such gage point, .gap. 5 0: .*bad.csv, line 2' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" || return 1
+    fails_with 4 'no gage point .gap. 5 0: .*bad.csv, line 2' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" || return 1
     printf 'kind,line,place,reading_in\ngap,1,0,33.5\ngap,1,0,33.5\n' >"$tmp/bad.csv"
-    fails_with 4 'appears twice: .*line 3' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" || return 1
+    fails_with 4 'occurs twice: .*line 3' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" || return 1
     printf 'kind,line,place,reading_in\ngap,1,0,33.5x\n' >"$tmp/bad.csv"
-    fails_with 4 'not a reading, .33.5x.' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" || return 1
+    fails_with 4 'not a reading: .33.5x.' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" || return 1
     printf 'kind,line,where\n' >"$tmp/bad.csv"
     fails_with 4 'no column place' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" && [ ! -e "$tmp/b.db" ]
 }
@@ -189,5 +189,5 @@ check "of a landing in which the board lost its power, it stays" outlives_a_powe
 check "the report shows them, and runs nothing" report_has_them
 check "one that nothing was read of does not end; one begun by mistake is withdrawn" by_mistake
 check "no such survey" fails_with 2 'no survey 9: .*a.db; the campaign has surveys 1 to 3' $matrig survey "$tmp/a.db" --show --survey 9
-check "silly words" fails_with 2 'give only one' $matrig survey "$tmp/a.db" --show --end
+check "silly words" fails_with 2 'accepts only one of' $matrig survey "$tmp/a.db" --show --end
 finish

@@ -40,9 +40,9 @@ gathered() { table whole "$tmp"/part*.jsonl -o "$tmp/whole.csv" >"$tmp/o" && cat
 check "the table, as CSV" gathered
 missing() { table whole "$tmp/part1.jsonl" "$tmp/part701.jsonl" "$tmp/part1.jsonl" -o "$tmp/some.csv" >"$tmp/o"; [ $? -eq 1 ] && cat "$tmp/o" && grep -q '^missing *350$' "$tmp/o" && grep -q '^repeated *350$' "$tmp/o"; }
 check "what is missing, or there twice, is counted: exit 1" missing
-foreign() { sed 's/"count": 25/"count": 24/' "$tmp/whole.json" >"$tmp/other.json"; fails_with 4 'results of a different sweep: .*part1.jsonl line 1' $m sweep "$tmp/other.json" --table "$tmp/part1.jsonl"; }
+foreign() { sed 's/"count": 25/"count": 24/' "$tmp/whole.json" >"$tmp/other.json"; fails_with 4 'the results are of a different sweep: .*part1.jsonl line 1' $m sweep "$tmp/other.json" --table "$tmp/part1.jsonl"; }
 check "results of another sweep are refused" foreign
-torn() { head -c -20 "$tmp/part1.jsonl" >"$tmp/torn.jsonl"; fails_with 4 'not a result: .*torn.jsonl line 350' $m sweep "$tmp/whole.json" --table "$tmp/torn.jsonl"; }
+torn() { head -c -20 "$tmp/part1.jsonl" >"$tmp/torn.jsonl"; fails_with 4 'not a line of results: .*torn.jsonl line 350' $m sweep "$tmp/whole.json" --table "$tmp/torn.jsonl"; }
 check "so is a line that is none" torn
 killed() { # a result file is there whole, or not at all
     $m --quiet sweep "$tmp/whole.json" --cases 1..1000 -o "$tmp/killed.jsonl" &
@@ -194,19 +194,19 @@ check "no file" fails_with 3 'cannot open sweep: .*none.json' $m sweep "$tmp/non
 check "no word" fails_with 2 'needs FILE' $m sweep
 bad "no JSON" 4 'sweep ends too early: .*bad.json line 1' '{"base":'
 bad "not a sweep" 4 'not a sweep' '[]'
-bad "a list has no index" 4 'F is a list, but a Sobol sweep needs a range' "{$b, \"sobol\": {\"n\": 8, \"seed\": 1, \"keys\": {\"F\": [1, 2]}}, $o}"
+bad "a list has no index" 4 'F is a list; give a range, which a Sobol sweep needs' "{$b, \"sobol\": {\"n\": 8, \"seed\": 1, \"keys\": {\"F\": [1, 2]}}, $o}"
 bad "two samples of one sweep" 4 'lhs and sobol' "{$b, \"sobol\": {}, \"lhs\": {}, $o}"
-bad "whole numbers from a half" 4 'whole ends for whole numbers' "{$b, \"vary\": {\"N\": {\"from\": 0.5, \"to\": 9, \"count\": 3, \"scale\": \"whole\"}}, $o}"
+bad "whole numbers from a half" 4 'whole numbers for scale whole' "{$b, \"vary\": {\"N\": {\"from\": 0.5, \"to\": 9, \"count\": 3, \"scale\": \"whole\"}}, $o}"
 bad "an unknown key" 4 'unknown key: .*"varies"' "{$b, \"varies\": {}, $o}"
 bad "no base" 4 'key missing: .*base' "{\"vary\": {\"F\": [1]}, $o}"
 bad "a base that is not there" 3 'cannot open base: .*nowhere.json' "{\"base\": \"nowhere.json\", \"vary\": {\"F\": [1]}, $o}"
-bad "nothing varied" 4 'varies nothing' "{$b, $o}"
+bad "nothing varied" 4 'varies no key' "{$b, $o}"
 bad "no outputs" 4 'key missing: .*outputs' "{$b, \"vary\": {\"F\": [1]}}"
 bad "a key that scenes lack" 4 'unknown key: .*vary Thrust: a scene has no "Thrust"' "{$b, \"vary\": {\"Thrust\": [1]}, $o}"
 bad "a first case that is refused" 4 'first case: KL' "{$b, \"vary\": {\"KL\": [-5, 1]}, $o}"
 bad "an empty list" 4 'list of the wrong length: .*vary F' "{$b, \"vary\": {\"F\": []}, $o}"
 bad "a range without count" 4 'vary F; give "count"' "{$b, \"vary\": {\"F\": {\"from\": 1, \"to\": 2}}, $o}"
-bad "a log range below 0" 4 'a log range above 0' "{$b, \"vary\": {\"F\": {\"from\": -1, \"to\": 2, \"count\": 3, \"scale\": \"log\"}}, $o}"
+bad "a log range below 0" 4 'above 0 for scale log' "{$b, \"vary\": {\"F\": {\"from\": -1, \"to\": 2, \"count\": 3, \"scale\": \"log\"}}, $o}"
 bad "too many cases" 4 'too many cases' "{$b, \"vary\": {\"F\": {\"from\": 1, \"to\": 2, \"count\": 9999}, \"KL\": {\"from\": 1, \"to\": 2, \"count\": 9999}}, $o}"
 bad "a dotted key that leads nowhere" 4 'no such key' "{$b, \"vary\": {\"path.7.1\": [5]}, $o}"
 bad "a search without a field" 4 'find: .*field' "{$b, \"vary\": {\"KL\": [5]}, \"find\": {\"key\": \"F\", \"from\": 1, \"to\": 2, \"above\": 1}}"
@@ -224,9 +224,9 @@ unknown_output() { printf '%s' "{$b, \"vary\": {\"F\": [1]}, \"outputs\": [\"lif
 check "an output that no result has" unknown_output
 for cases in 0 5..4 1001 1001..1002; do check "--cases $cases" fails_with 2 'out of range: --cases' $m sweep "$tmp/whole.json" --cases $cases; done
 for cases in x 1.. ..2 1..2x -1; do check "--cases $cases" fails_with 2 'malformed: --cases' $m sweep "$tmp/whole.json" --cases=$cases; done
-check "-o alone" fails_with 2 '-o needs --cases' $m sweep "$tmp/whole.json" -o "$tmp/r.jsonl"
+check "-o alone" fails_with 2 '-o works only with --cases' $m sweep "$tmp/whole.json" -o "$tmp/r.jsonl"
 check "two things at once" fails_with 2 'exclude each other' $m sweep "$tmp/whole.json" --cases 1 --table "$tmp/whole.jsonl"
-check "no results" fails_with 2 'give the result files' $m sweep "$tmp/whole.json" --table
+check "no results" fails_with 2 'needs the result files' $m sweep "$tmp/whole.json" --table
 check "results that are not there" fails_with 3 'cannot open results: .*gone.jsonl' $m sweep "$tmp/whole.json" --table "$tmp/gone.jsonl"
 check "results over the sweep" fails_with 2 'would overwrite' $m sweep "$tmp/whole.json" --cases 1 -o "$tmp/whole.json"
 check "a folder that is not there" fails_with 3 'cannot write .*nowhere/r.jsonl' $m sweep "$tmp/whole.json" --cases 1 -o "$tmp/nowhere/r.jsonl"

@@ -36,34 +36,34 @@ breaks_off() { # in the log and the page
 lacks_edges() {
     grep -h '^  switches\|^  stop' "$tmp/edges.txt"
     grep -q '^  switches  *17 of 24 seen; switches 18 to 24 not received$' "$tmp/edges.txt" &&
-        grep -q '^  stop  *not known: the board reported 19 switches, 2 of which are missing in the record$' "$tmp/edges.txt" &&
-        grep -q '2 of which are missing in the record' "$tmp/edges.html" && fails_with 4 '2 of which are missing in the record: RUN 1; complete the landing from the black box' $matrig compare "$tmp/edges.db" 1
+        grep -q '^  stop  *not known: 2 of the 19 switch edges that the board reported are missing in the record$' "$tmp/edges.txt" &&
+        grep -q '2 of the 19 switch edges that the board reported are missing in the record' "$tmp/edges.html" && fails_with 4 '2 of the 19 switch edges that the board reported are missing in the record: RUN 1; complete the landing from the black box' $matrig compare "$tmp/edges.db" 1
 }
 # The board's own result was lost, too: the hole alone must do.
 lacks_edges_and_result() {
     cp "$tmp/edges.db" "$tmp/alone.db" && sqlite3 "$tmp/alone.db" 'delete from results'
     $matrig --quiet report "$tmp/alone.db" -o "$tmp/alone.html" && grep -o '<dt>stop</dt><dd[^>]*>[^<]*' "$tmp/alone.html" | tee "$tmp/alone.stop"
-    grep -q 'not known: nothing was recorded when switch 18 was due$' "$tmp/alone.stop" &&
-        fails_with 4 'nothing was recorded when switch 18 was due: RUN 1; complete the landing from the black box' $matrig compare "$tmp/alone.db" 1
+    grep -q 'not known: data is missing at the time when the gear passed switch 18$' "$tmp/alone.stop" &&
+        fails_with 4 'data is missing at the time when the gear passed switch 18: RUN 1; complete the landing from the black box' $matrig compare "$tmp/alone.db" 1
 }
 has_a_hole() { # into which the warning falls, or its beginning
     grep -h '^  zone' "$tmp/hole.txt" "$tmp/gone.txt"
-    grep -Eq '^  *an earlier warning may have been missed: no zone messages from 1\.7[0-9]* to 4\.1[0-9]* s after touchdown$' "$tmp/hole.txt" &&
+    grep -Eq '^  *an earlier warning may have been missed: no zone message was received from 1\.7[0-9]* to 4\.1[0-9]* s after touchdown$' "$tmp/hole.txt" &&
         grep -q '^  zone  *warned 4\.1' "$tmp/hole.txt" &&
-        grep -Eq '^  zone  *no warning was received, but one may have been sent: no zone messages from 1\.7[0-9]* to 4\.[78][0-9]* s after touchdown$' "$tmp/gone.txt"
+        grep -Eq '^  zone  *no warning was received, but one may have been sent: no zone message was received from 1\.7[0-9]* to 4\.[78][0-9]* s after touchdown$' "$tmp/gone.txt"
 }
 # The same in the pages: a first warning is the first that was received, and when the wheel reached it is not known without a stop.
 first_that_was_heard() {
-    grep -q '^  first warning that was received ' "$tmp/hole.txt" && ! grep -q 'that was received (+-' "$tmp/whole.txt" &&
-        grep -q '^    predicted time to zone .*; actual: not known: the record does not show where the gear stopped$' "$tmp/hole.txt" &&
-        grep -q 'first warning that was received (' "$tmp/hole.html"
+    grep -q '^  first warning received ' "$tmp/hole.txt" && ! grep -q 'warning received (+-' "$tmp/whole.txt" &&
+        grep -q '^    predicted time to zone .*; actual: unknown, because the record does not show where the gear stopped$' "$tmp/hole.txt" &&
+        grep -q 'first warning received (' "$tmp/hole.html"
 }
 ends_while_it_moves() { # once above each table
-    same "$(tr -s ' \n' '  ' <"$tmp/early.txt" | grep -o 'The record ends 0\.9[0-9]* s after touchdown, while the gear moves: peaks and end values are those up to that time' | wc -l)" 2 &&
+    same "$(tr -s ' \n' '  ' <"$tmp/early.txt" | grep -o 'The record ends 0\.9[0-9]* s after touchdown, while the gear moves: peaks and end values cover only the time until then' | wc -l)" 2 &&
         ! grep 'The record ends' "$tmp/whole.txt"
 }
 peaks_are_told() {
-    tr -s ' \n' '  ' <"$tmp/late.txt" | grep -Eo 'Readings are missing from 4\.[0-9]* to 5\.[0-9]* s \(transducers 1, 2, 3, 4, 5, 6, 7, 8\): peaks in this interval are missed, and the stated errors do not include that' &&
+    tr -s ' \n' '  ' <"$tmp/late.txt" | grep -Eo 'Readings are missing from 4\.[0-9]* to 5\.[0-9]* s \(transducers 1, 2, 3, 4, 5, 6, 7, 8\): a peak in this interval is not measured, and the stated errors do not include this' &&
         grep -Eo 'Readings are missing from 4\.[0-9]* to 5\.[0-9]* s \(gages 1, 2, 3, .*, 13, 14\)' "$tmp/late.html"
 }
 # All switches break at 3.6 s, behind the thirteenth: by the others the gear seemed to stop at 99.27 +- 0.02 ft, and did at 90.7.

@@ -51,7 +51,7 @@ says() {
 }
 its_own_rate() { logged 2000000 '' sent 8000 && grep -q '"unheard":null' "$tmp/out"; }
 garbled() { # SENDER
-    says 3 "[1-9][0-9]* bytes/s received, [0-9]+ frame ends, no whole frame: check that the board sends at 2000000 baud" "$1" '' &&
+    says 3 "received [1-9][0-9]* bytes/s and [0-9]+ ends of frames, but no complete frame: check that the board sends at 2000000 baud" "$1" '' &&
         grep -q '"unheard":"garbled"' "$tmp/out"
 }
 cable_is_off() {
@@ -77,8 +77,8 @@ no_frames() {
     fails_with 3 "no frame in [0-9.]+ s: check that the board is on and connected to this bus" $matrig --quiet log --can "file:$tmp/none.can" --db "$tmp/none.db"
 }
 told_while_waiting() { # after 3 s, and the log goes on
-    logged 115200 '' grep -q 'no whole frame: check that the board sends at 2000000 baud' "$tmp/err"
-    [ $? = 3 ] && [ "$(grep -c 'no whole frame: check that the board sends at 2000000 baud' "$tmp/err")" = 2 ]
+    logged 115200 '' grep -q 'but no complete frame: check that the board sends at 2000000 baud' "$tmp/err"
+    [ $? = 3 ] && [ "$(grep -c 'but no complete frame: check that the board sends at 2000000 baud' "$tmp/err")" = 2 ]
 }
 
 check "a sender at the rate of the link" its_own_rate

@@ -228,7 +228,7 @@ TEST(test_wrong_drivers)
         const char *reason;
     } cases[] = {
         {8, "BTR is written outside initialisation"},
-        {16, "the value read is written back"},
+        {16, "the value that was read is written back"},
         {32, "a priority in the lower four bits"},
     };
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {

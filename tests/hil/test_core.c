@@ -153,7 +153,7 @@ TEST(test_halts)
         {15, MR_UNMODELLED, "read-only"},
         {16, MR_UNMODELLED, "a reserved bit"},
         {17, MR_UNMODELLED, "frames other than 8N1"},
-        {7, MR_HALTED, "HCLK above what FLASH_ACR.LATENCY"},
+        {7, MR_HALTED, "HCLK exceeds the limit that FLASH_ACR.LATENCY"},
         {8, MR_HALTED, "CFSR 0x00010000"},
     };
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {

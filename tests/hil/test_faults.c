@@ -591,7 +591,7 @@ TEST(mistakes_are_named)
     } cases[] = {
         {"", MR_MALFORMED, "first line must be `matrig-faults 1`"},
         {"faults 1\n", MR_MALFORMED, "not a fault file"},
-        {"matrig-faults 2\n", MR_VERSION, ":1: version `2`"},
+        {"matrig-faults 2\n", MR_VERSION, ":1: the fault file has version `2`"},
         {"matrig-faults 1\nwhen 3 bus short\n", MR_MALFORMED, ":2: `when`: begin the line with"},
         {"matrig-faults 1\nat x bus short\n", MR_MALFORMED, "`x`"},
         {"matrig-faults 1\n\n# remark\nframe 0 bus short\n", MR_MALFORMED, ":4: `0`"},
@@ -599,7 +599,7 @@ TEST(mistakes_are_named)
         {"matrig-faults 1\nat 1 bus loose\n", MR_MALFORMED,
          "`loose` does not fit: bus connect|unplug|short|dominant"},
         {"matrig-faults 1\nat 1 explode\n", MR_MALFORMED,
-         "`explode` is not an action: power-cut, br"},
+         "`explode` is not an action; give one of power-cut, br"},
         {"matrig-faults 1\nat 1\n", MR_MALFORMED, "`end of line` is not an action"},
         {"matrig-faults 1\nat 1 can out noise 1\n", MR_MALFORMED, "`noise` does not fit: can out"},
         {"matrig-faults 1\nat 1 can out drop\n", MR_MALFORMED, "`end of line` does not fit"},

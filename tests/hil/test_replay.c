@@ -176,6 +176,6 @@ TEST(what_is_none_is_refused)
     snprintf(lines, sizeof lines, "%s", block_line(5, 5 * 84000 + 2352));
     snprintf(lines + strlen(lines), sizeof lines - strlen(lines), "%s",
              block_line(7, 7 * 84000 + 2352));
-    refused(lines, true, MR_MALFORMED, "block 7 does not follow block 5");
-    refused(block_line(5, 5 * 84000 + 2352), false, MR_TRUNCATED, "without its `end` line");
+    refused(lines, true, MR_MALFORMED, "block 7 is not the successor of block 5");
+    refused(block_line(5, 5 * 84000 + 2352), false, MR_TRUNCATED, "the file has no `end` line");
 }

@@ -75,13 +75,13 @@ static const struct {
     {0, arms_unheard, MR_OK, NULL}, /* a lost answer is seen in the state */
     /* it was armed before: its state does not tell that this order did it */
     {1, arms_unheard, MR_TIMEOUT,
-     "the board did not answer `arm` within 3 s: scripted; check the state of the board before "
-     "you try again"},
+     "the board did not answer `arm` within 3 s: scripted; before you try again, check the state "
+     "of the board"},
     {0, stays, MR_TIMEOUT, "did not answer `arm`"},
     {0, takes_and_stays, MR_TIMEOUT,
      "the board accepted `arm` but did not report the state armed: scripted;"},
     {2, refuses, MR_NOT_NOW, "with landing 7: wait for the end"},
-    {0, waits, MR_WAIT, "the black box is ready in about 13 s"},
+    {0, waits, MR_WAIT, "try again in about 13 s"},
 };
 
 TEST(what_comes_of_arming)

@@ -142,5 +142,5 @@ TEST(what_is_no_calibration_is_refused)
     for (int i = 0; i < 12; i++)
         point[i] = (struct calibrate_point){i, 2000.0 + gauss(), 1.0}; /* not connected */
     assert_int_equal(calibrate_fit(point, 12, 0.0, false, &channel, &fit, &error), MR_NUMERICS);
-    assert_error(&error, MR_NUMERICS, "do not follow");
+    assert_error(&error, MR_NUMERICS, "do not change");
 }

@@ -91,7 +91,7 @@ TEST(what_is_not_understood_is_refused)
     for (size_t i = 0; i < COUNT_OF(odd); i++) {
         char text[120];
         snprintf(text, sizeof text, "%s,codes\n40,700\n", odd[i]);
-        is_refused(text, UNIT_TENSION, MR_MALFORMED, "not a line of column names");
+        is_refused(text, UNIT_TENSION, MR_MALFORMED, "the first line has no column names");
         assert_non_null(strstr(error.text, ", line 1; name the columns: N,codes"));
     }
     is_refused("codes,raw\n1,2\n", UNIT_DISPLACEMENT, MR_MALFORMED, "line 1");
@@ -119,11 +119,11 @@ TEST(a_mistake_is_named)
         uint8_t kind;
         double gain;
         const char *text;
-    } mistake[] = {{MR_KIND_DISPLACEMENT, 0.0409, "the values may have been in mm"},
+    } mistake[] = {{MR_KIND_DISPLACEMENT, 0.0409, "the unit of the values may have been mm"},
                    {MR_KIND_DISPLACEMENT, 620.0, "columns may be swapped"},
-                   {MR_KIND_DISPLACEMENT, 0.000134, "the values may have been in ft"},
-                   {MR_KIND_TENSION, 0.7168, "the values may have been in N"},
-                   {MR_KIND_TENSION, 0.000717, "the values may have been in kN"},
+                   {MR_KIND_DISPLACEMENT, 0.000134, "the unit of the values may have been ft"},
+                   {MR_KIND_TENSION, 0.7168, "the unit of the values may have been N"},
+                   {MR_KIND_TENSION, 0.000717, "the unit of the values may have been kN"},
                    {MR_KIND_TENSION, 6.2, "columns may be swapped"},
                    {MR_KIND_DISPLACEMENT, 0.0016, ""},
                    {MR_KIND_TENSION, 1e-9, ""}};

@@ -710,7 +710,8 @@ TEST(another_board_on_serial_asks_for_a_new_log)
     s.stream.block = 0;
     swap_board(&s.stream);
     session_log(&s, "collect.db");
-    assert_error(&s.error, MR_IO, "this is a different board than at the start of this log");
+    assert_error(&s.error, MR_IO,
+                 "the link now has a different board than at the start of this log");
     s.error = (struct error){0};
     assert_int_equal(landing_of(&s, 1).state, 4); /* what came before is kept */
     assert_string_equal(landing_of(&s, 1).board_uid, "000000110000002200000033");

@@ -474,10 +474,10 @@ TEST(limits_decide)
     assert_true(v.failed_limit_count == 2 && strstr(v.worst_failure, "chi of RUN 7 is not known"));
     v = verdict_of("{\"channels.5.rms_in\": 1}", &f);
     assert_true(v.failed_limit_count == 1 &&
-                strstr(v.worst_failure, "channels.5.rms_in is not in the result of RUN 7"));
+                strstr(v.worst_failure, "the result has no value channels.5.rms_in: RUN 7"));
     v = verdict_of("{\"channels.*.rsm_in\": 1}", &f);
     assert_true(v.failed_limit_count == 1 &&
-                strstr(v.worst_failure, "channels.*.rsm_in is not in the result"));
+                strstr(v.worst_failure, "the result has no value channels.*.rsm_in"));
     /* ends that are not there are the overlap's */
     v = verdict_of("{\"zones.*.overlap_simulated.share\": 0.5, "
                    "\"zones.*.overlap_simulated.start_difference_ft\": 3}",
@@ -565,5 +565,5 @@ TEST(a_sentence_has_the_largest_difference)
                     "20.320 mm, simulated 21.590 mm, En 5");
     figures.channel[0].is_compared = figures.channel[1].is_compared = false;
     assert_sentence(&figures, false,
-                    "No peak, end or arrival of RUN 7 could be compared with x.json");
+                    "RUN 7 has no peak, end or arrival that can be compared with x.json");
 }

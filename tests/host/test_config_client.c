@@ -113,7 +113,7 @@ TEST_IN(a_board_that_refuses_or_is_silent_is_told, begin, end)
     error = (struct error){0};
     board.board = NULL;
     assert_int_equal(config_client_get(&talk, &got, &got_crc, &error), MR_TIMEOUT);
-    assert_error(
-        &error, MR_TIMEOUT,
-        "the board did not answer `config-read`: scripted; check that it is running and connected");
+    assert_error(&error, MR_TIMEOUT,
+                 "the board did not answer `config-read`: scripted; check that the board is "
+                 "running and connected");
 }

@@ -140,11 +140,12 @@ static void is_said(struct mr_config_violation reason, const char *expected)
 /* What a board refuses, in words; also what it has no words for. */
 TEST(a_reason_is_said_in_words)
 {
-    is_said((struct mr_config_violation){.group = MR_GROUP_gate,
-                                         .index = 7,
-                                         .field = MR_FIELD_gate_station_ft,
-                                         .rule = MR_RULE_NOT_RISING},
-            "gate[8].station_ft is 32.5, gate[1].station_ft is -2.5: the first must be larger");
+    is_said(
+        (struct mr_config_violation){.group = MR_GROUP_gate,
+                                     .index = 7,
+                                     .field = MR_FIELD_gate_station_ft,
+                                     .rule = MR_RULE_NOT_RISING},
+        "gate[8].station_ft is 32.5, gate[1].station_ft is -2.5: the first value must be larger");
     is_said((struct mr_config_violation){.group = MR_GROUP_site,
                                          .field = MR_FIELD_site_revision,
                                          .rule = MR_RULE_REVISION},
@@ -161,8 +162,9 @@ TEST(a_reason_is_said_in_words)
                                          .field = MR_FIELD_gate_step_codes,
                                          .rule = MR_RULE_STEPS_TOO_CLOSE,
                                          .other = 2},
-            "gate[4].step_codes is 232, gate[3].step_codes is 176: they cannot be distinguished; "
-            "steps must be 6 codes or more apart");
+            "gate[4].step_codes is 232, gate[3].step_codes is 176: the board cannot distinguish "
+            "these switches; "
+            "give steps that differ by 6 codes or more");
     is_said((struct mr_config_violation){.group = 200, .index = 1, .field = 2, .rule = 77},
             "group 200, index 1, field 2: unknown rule");
     is_said((struct mr_config_violation){.group = MR_GROUP_site, .index = 1}, "group 0, index 1");

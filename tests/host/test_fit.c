@@ -397,7 +397,7 @@ TEST(bad_input_is_refused)
     struct fit_result answer;
     struct error few = {0}, draws = {0}, failed = {0};
     fit_run(&model, measured, &options, &answer, &few);
-    assert_error(&few, MR_TOO_FEW, "measured statistics: 1 for 2 parameters");
+    assert_error(&few, MR_TOO_FEW, "the landings give 1 statistics for 2 parameters");
     fit_free(&answer);
     model.statistic_count = LINEAR_STATISTICS;
     options.draw_count = 20;

@@ -130,7 +130,7 @@ static void bad_elf(void **state)
     memcpy(bad, elf, n);
     ((Elf32_Ehdr *)(void *)bad)->e_machine = EM_386;
     scratch_write("c.elf", bad, n);
-    refused("c.elf", MR_MALFORMED, "different machine (ELF class 1, machine 3;");
+    refused("c.elf", MR_MALFORMED, "different machine (ELF class 1 and machine 3,");
     bad[EI_CLASS] = ELFCLASS64;
     ((Elf32_Ehdr *)(void *)bad)->e_machine = EM_ARM;
     scratch_write("c.elf", bad, n);
@@ -178,16 +178,16 @@ static void bad_bin(void **state)
     uint8_t *large = calloc(1, IMAGEFILE_BYTES + 1);
     scratch_write("d.bin", large, IMAGEFILE_BYTES + 1);
     free(large);
-    refused("d.bin", MR_TOO_LONG, "more than the flash holds");
+    refused("d.bin", MR_TOO_LONG, "but the flash holds only");
 }
 
 static void no_image_at_all(void **state)
 {
     (void)state;
     scratch_write("e.elf", "", 0);
-    refused("e.elf", MR_TRUNCATED, "an empty file");
+    refused("e.elf", MR_TRUNCATED, "the image file is empty");
     scratch_write("e.bin", "", 0);
-    refused("e.bin", MR_TRUNCATED, "an empty file");
+    refused("e.bin", MR_TRUNCATED, "the image file is empty");
     scratch_write("e.txt", "hello", 5);
     refused("e.txt", MR_MALFORMED, "neither an ELF file nor named .bin");
     refused("nowhere.elf", MR_IO, "no firmware image");

@@ -90,8 +90,8 @@ TEST(damage_in_a_log)
     assert_int_equal(sum, 0x05 + 2 * 16);
     assert_int_equal(log.other_interface_frames, 1);
     parse_result_text(&log.result, verdict, sizeof verdict);
-    assert_string_equal(
-        verdict, "malformed at line 4, column 5: not a line of `candump -L`; 2 lines were skipped");
+    assert_string_equal(verdict, "malformed at line 4, column 5: the line is not in the format of "
+                                 "`candump -L`; 2 lines were skipped");
 }
 
 /* Frames wait for others; who reads, in the same transaction, sees all of them in order, and a

@@ -251,7 +251,7 @@ TEST(another_file_is_no_log)
     scratch_write(path, text, length);
     snprintf(spec, sizeof spec, "file:%s", path);
     assert_int_equal(link_open(spec, LINK_CAN, &link, &error), MR_MALFORMED);
-    assert_error(&error, MR_MALFORMED, "no frames: ");
+    assert_error(&error, MR_MALFORMED, "not a CAN frame: ");
 
     /* of a pipe that is known when it has said much */
     assert_int_equal(pipe(ends), 0);
@@ -259,7 +259,7 @@ TEST(another_file_is_no_log)
     snprintf(spec, sizeof spec, "file:/dev/fd/%d", ends[0]);
     assert_int_equal(link_open(spec, LINK_CAN, &link, &error), MR_OK);
     assert_int_equal(link_receive_frame(link, &frame, &piped), MR_MALFORMED);
-    assert_error(&piped, MR_MALFORMED, "no candump line in the first 1001");
+    assert_error(&piped, MR_MALFORMED, "the first 1001 lines contain no CAN frame");
     link_close(link);
     close(ends[0]);
     close(ends[1]);

@@ -178,7 +178,7 @@ TEST(torn_has_no_movements)
     }
     measured_format_missing_start(&m, text);
     assert_string_equal(text,
-                        "incomplete: the switch edges before number 9 were not received; speeds "
+                        "incomplete: the switch edges before edge 9 were not received; speeds "
                         "and movements are not known");
     measured_free(&m);
     session_end(&s);

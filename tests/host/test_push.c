@@ -251,7 +251,7 @@ TEST(what_was_not_read_is_not_told)
                                     exact_test(216.0, 2400.0, 80.0, false)};
     struct push_ground ground = find(series, 1, &setting);
     assert_true(isnan(ground.unloading_ratio.interval.value));
-    assert_non_null(strstr(ground.unloading_ratio.reason, "no unloading"));
+    assert_non_null(strstr(ground.unloading_ratio.reason, "no readings while unloading"));
     assert_true(isnan(ground.axle_law.interval.value));
     assert_non_null(strstr(ground.axle_law.reason, "one load"));
     assert_true(isnan(ground.friction.interval.value));
@@ -296,7 +296,7 @@ TEST(refusals)
     series.path = "push.csv";
     assert_int_equal(push_fit(&series, two_mats.gage_errors, 1000.0, 1.0, &fit, &error),
                      MR_TOO_FEW);
-    assert_non_null(strstr(error.text, "no force above its error"));
+    assert_non_null(strstr(error.text, "all forces are below their error"));
 }
 
 /* Pushed the other way, with another zero of the dial: the same ground. */

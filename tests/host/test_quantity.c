@@ -159,7 +159,7 @@ TEST(as_people_write_them)
 TEST(never_another_unit)
 {
     refused("3 lb", "ft", NULL, "a force instead of a length", "write ft, in, mm, cm or m ");
-    refused("3 ft", "lb", NULL, "a length instead of a force", "kg is the weight of that mass");
+    refused("3 ft", "lb", NULL, "a length instead of a force", "kg means the weight of that mass");
     refused("3 kg", "ft/s", NULL, "a mass instead of a speed", "ft/s, m/s, km/h, mph, kn");
     refused("5 kn", "lb", NULL, "a speed instead of a force", "kN");
     refused("500 g", "lb", NULL, "an acceleration instead of a force", "lb");

@@ -118,7 +118,7 @@ TEST_IN(what_is_well_is_go, all_well, NULL)
     assert_int_equal(ready_verdict(&report), READY_GO);
     assert_true(report.count >= 20);
     f.free_bytes = 29.9e6; /* ten landings of 3 MB */
-    only_no_go("disk", "30 MB free");
+    only_no_go("disk", "30 MB are free");
 }
 
 /* Storing a file raises its revision, and with it the CRC: that is no other configuration. Another
@@ -156,7 +156,7 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
         2; /* its cause is named, also when the alarm has not come yet */
     f.alarm_known = false;
     f.can_frame_count = 0;
-    no_go_advises("CAN", "see clock");
+    no_go_advises("CAN", "correct the fault of the clock");
     f.time_fit.rate_ppm.value = 260.0;
     only_no_go("time of day", "+260");
     f.lost_block_count = 1;
@@ -217,14 +217,13 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
     f.can_frame_count = 10;
     f.can_base = 0x190;
     f.identity.uid[0] = 0x00310042;
-    only_no_go(
-        "CAN",
-        "frames not from this board at base 0x190: UID on CAN unknown, on serial 0031004200000000");
+    only_no_go("CAN",
+               "frames not from this board at base 0x190: the UID is unknown on CAN and 00310042");
     f.can_frame_count = 10;
     f.can_base = 0x190;
     f.identity.uid[0] = 0x00310042;
     f.board_on_can.uid[0] = 0x00310043;
-    only_no_go("CAN", "another board at base 0x190: UID on CAN 0031004300000000");
+    only_no_go("CAN", "another board at base 0x190: the UID is 0031004300000000");
     f.serial_dropped_count = 1;
     only_no_go("serial", "1 dropped");
     snprintf(f.database_fault, sizeof f.database_fault, "read-only");
@@ -305,18 +304,18 @@ TEST_IN(an_order_is_compared_with_what_is_fitted, all_well, NULL)
     assert_int_equal(ready_verdict(&report), READY_GO);
     walked(6, "abdcef");
     assert_int_equal(report.count, 2);
-    assert_string_equal(check_named("switch 3")->value, "responded when 4 was next");
-    assert_string_equal(check_named("switch 4")->value, "responded when 3 was next");
+    assert_string_equal(check_named("switch 3")->value, "responded in the place of number 4");
+    assert_string_equal(check_named("switch 4")->value, "responded in the place of number 3");
     walked(6, "fecdba");
     assert_int_equal(report.count, 2);
-    assert_string_equal(check_named("switch 4")->value, "responded when 3 was next");
+    assert_string_equal(check_named("switch 4")->value, "responded in the place of number 3");
     walked(6, "abdef");
     assert_int_equal(report.count, 1);
     assert_string_equal(check_named("switch 3")->value, "did not respond");
     assert_false(walk_is_complete(&walk));
     walked(6, "abdfe"); /* one dead, two swapped */
     assert_int_equal(report.count, 3);
-    assert_string_equal(check_named("switch 5")->value, "responded when 6 was next");
+    assert_string_equal(check_named("switch 5")->value, "responded in the place of number 6");
     walked(6, ""); /* nobody walked along them */
     assert_int_equal(report.count, 1);
     assert_int_equal(report.check[0].verdict, READY_NOT_DONE);
@@ -388,7 +387,7 @@ TEST_IN(numbers_are_for_people, all_well, NULL)
     f.channel[22].mean = 61.99f;
     ready_check_all(&f, &report);
     assert_non_null(strstr(check_named("transducer 1")->value, "+0.0000 in from its zero"));
-    assert_non_null(strstr(check_named("switches")->value, "staircase 0.0 codes"));
+    assert_non_null(strstr(check_named("switches")->value, "the staircase is 0.0 codes"));
     f.si = true;
     f.channel[0].mean = 0.1f;
     ready_check_all(&f, &report); /* 101 lb are 449.27 N, 0.1 in 2.54 mm */
@@ -410,5 +409,5 @@ TEST_IN(an_impossible_gain_is_no_go, all_well, NULL)
 {
     f.config.channel[0].unit_per_code = 25.4f * 0.0016f;
     only_no_go("calibration d1",
-               "no sensor of the rig has such a gain; the values may have been in mm");
+               "no sensor of the rig has such a gain; the unit of the values may have been mm");
 }

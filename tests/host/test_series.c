@@ -475,8 +475,9 @@ TEST(test_ground_is_chosen)
     assert_int_equal(series_from_json(&series, "test", root, &error), MR_OK);
     assert_true(series.landings[0].scene.weight_lb == 2.0);
     series_describe_ground(&series, ground, sizeof ground);
-    assert_string_equal(ground, "elastic under a gear with weight: 5000 lb/ft per mat and axle, "
-                                "100 lb per axle, 1 axles in 1 line");
+    assert_string_equal(ground,
+                        "elastic ground under a gear with weight: 5000 lb/ft per mat and axle, "
+                        "100 lb per axle, 1 axles in 1 line");
     series_free(&series);
     json_object_set_new(root, "ground", json_string("weightless"));
     assert_int_equal(series_from_json(&series, "test", root, &error), MR_OK);
@@ -485,7 +486,7 @@ TEST(test_ground_is_chosen)
     json_decref(root);
     static const struct {
         const char *with, *says;
-    } wrong[] = {{"", "no elastic ground"},
+    } wrong[] = {{"", "elastic ground without a stiffness"},
                  {"\"elastic\":5,", "an object of scene keys"},
                  {"\"elastic\":{\"gear_k\":5},", "gear_k"},
                  {"\"elastic\":\"none.json\",", "none.json"}};
@@ -552,7 +553,8 @@ TEST(test_every_series_can_be_read)
                                       &error) != MR_OK)
                 fail_msg("%s", error.text);
             series_describe_ground(&series, ground, sizeof ground);
-            assert_non_null(strstr(ground, elastic ? "elastic under a gear" : "weightless gear"));
+            assert_non_null(
+                strstr(ground, elastic ? "elastic ground under a gear" : "weightless gear"));
             assert_true(series.seed_count >= 16 && series.observed[0] != 0);
             assert_true(series.basis[0] != 0);
             json_t *root = json_load_file(files.gl_pathv[i], 0, NULL);

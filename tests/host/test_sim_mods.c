@@ -507,7 +507,7 @@ TEST(what_makes_no_sense_is_refused)
     scene.mods.band[0].count = 1.0;
     scene.model = SIM_MODEL_REPORT;
     sim_scene_set_list(&scene.grit_lb, NULL, 0);
-    refused(&scene, "cleats and others) in model report; leave it out");
+    refused(&scene, "cleats and others) in model report; leave the feature out");
     sim_scene_free(&scene);
 }
 

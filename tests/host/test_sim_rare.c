@@ -264,8 +264,8 @@ TEST(auto_says_why_it_left_a_method)
     assert_string_equal(result.solver, "event");
     near(result.outputs[0].u_ft[1], pushed_ft, result.error_u_ft);
     for (size_t i = 0; result.notes[i][0]; i++)
-        said = said || strcmp(result.notes[i], "auto: implicit reached only 1e+12 s, because its "
-                                               "step became too small; event used instead") == 0;
+        said = said || strcmp(result.notes[i], "auto: implicit reached only 1e+12 s, because the "
+                                               "step became too small; event is used instead") == 0;
     assert_true(said);
     sim_result_free(&result);
     sim_scene_free(&scene);

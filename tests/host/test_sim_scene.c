@@ -116,8 +116,8 @@ TEST(wrong_types_are_named)
     refused("{\"bump\": [1, null]}", MR_MALFORMED, "bump[1]");
     refused("{\"gap0\": \"x\"}", MR_MALFORMED, "gap0 is \"x\"; write digits such as 4, or 4 ft");
     refused("{\"path\": 5}", MR_MALFORMED, "path is a number; give a list of rows");
-    refused("{\"path\": [[0, 1, 2], [1, 2]]}", MR_MALFORMED, "path row 1");
-    refused("{\"path\": [[0, 1, 2], 7]}", MR_MALFORMED, "path row 1");
+    refused("{\"path\": [[0, 1, 2], [1, 2]]}", MR_MALFORMED, "row 1 of path");
+    refused("{\"path\": [[0, 1, 2], 7]}", MR_MALFORMED, "row 1 of path");
     refused("[1, 2]", MR_MALFORMED, "not a JSON object");
 }
 
@@ -135,20 +135,20 @@ TEST(wrong_lengths_and_ranges_are_named)
     refused("{\"tend\": 1, \"t_out\": [1e16]}", MR_MALFORMED, "t_out[0] is 1e+16; give at most");
     refused("{\"TAD_deg\": 190}", MR_MALFORMED, "TAD_deg is 190; give 0 to 180");
     refused("{\"path\": [[0, 1, 2], [1, 1e16, 2]]}", MR_MALFORMED,
-            "path row 1: x_ft is 1e+16; give -1e+15 to 1e+15");
+            "row 1 of path: x_ft is 1e+16; give -1e+15 to 1e+15");
     refused("{\"N\": 1, \"grit\": [1, -2]}", MR_MALFORMED, "grit[1] is -2");
     refused("{\"t_dwell\": -1}", MR_MALFORMED, "t_dwell");
     refused("{\"N\": 5, \"u_mats\": [6]}", MR_MALFORMED,
             "u_mats[0] is 6; give a whole number from 1 to 5 (N)");
     refused("{\"N\": 5, \"u_mats\": [1.5]}", MR_MALFORMED, "u_mats[0]");
     refused("{\"N\": 5, \"v0_mat\": 6}", MR_MALFORMED, "v0_mat");
-    refused("{\"N\": 5, \"bump\": [1, 1, 1]}", MR_MALFORMED, "bump ends at node 7; N + 1 is 6");
+    refused("{\"N\": 5, \"bump\": [1, 1, 1]}", MR_MALFORMED, "bump ends at node 7; give values up to node 6");
     refused("{\"tend\": 1, \"t_out\": [0.5, 1.5]}", MR_MALFORMED, "t_out[1]");
     refused("{\"Vac\": 0}", MR_MALFORMED, "tend");
     refused("{\"path\": []}", MR_MALFORMED, "path");
     refused("{\"path\": [[0, 1, 2]]}", MR_MALFORMED, "path");
-    refused("{\"path\": [[1, 1, 2], [0.5, 2, 2]]}", MR_MALFORMED, "path row 1 is at 0.5 s");
-    refused("{\"path\": [[1, 1, 2], [1, 2, 2], [2, 2, 2]]}", MR_MALFORMED, "path row 1");
+    refused("{\"path\": [[1, 1, 2], [0.5, 2, 2]]}", MR_MALFORMED, "row 1 of path is at 0.5 s");
+    refused("{\"path\": [[1, 1, 2], [1, 2, 2], [2, 2, 2]]}", MR_MALFORMED, "row 1 of path");
 }
 
 TEST(broken_json_has_line_and_column)

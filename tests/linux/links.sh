@@ -29,7 +29,7 @@ cards_up
 check "a port that is not there: those that are, are named" \
     fails_with 3 "serial:/dev/ttyUSB9; there are /dev/tty.*ttyUSB0" matrig log --serial serial:/dev/ttyUSB9 --db x.db
 check "a rate that the port does not do" \
-    fails_with 3 "does not support 2000000 baud, it set [0-9]+: serial:/dev/ttyS1;" matrig log --serial serial:/dev/ttyS1 --db x.db
+    fails_with 3 "does not support 2000000 baud and uses [0-9]+ baud instead: serial:/dev/ttyS1;" matrig log --serial serial:/dev/ttyS1 --db x.db
 
 # --- a landing over two SJA1000 cards, and 2 Mbaud of USB ---
 links="--can can:can0 --serial serial:$board"

@@ -224,11 +224,11 @@ static enum mr_status refuse_failed_reference(const struct sim_scene *scene, con
                                               const struct pass_outcome *failed,
                                               struct error *error)
 {
-    return error_set(
-        error, MR_NUMERICS,
-        "no reference: %s: %s at a tight tolerance: %s, mat %d at %.9g s; give a smaller "
-        "tend or a different scene",
-        sim_scene_name(scene), name, sim_status_name(failed->status), failed->mat, failed->t_s);
+    return error_set(error, MR_NUMERICS,
+                     "no reference: %s: %s fails at a tight tolerance: %s, mat %d at %.9g s; give "
+                     "a smaller tend or a different scene",
+                     sim_scene_name(scene), name, sim_status_name(failed->status), failed->mat,
+                     failed->t_s);
 }
 
 static enum mr_status find_planar_reference(struct reference *reference, struct error_study *study,
@@ -264,7 +264,7 @@ static enum mr_status find_planar_reference(struct reference *reference, struct 
                          sim_scene_name(scene), pair[0]->name, pair[1]->name, reference->u_ft,
                          reference->lift_ft, reference->rtol);
     snprintf(study->reference_method, sizeof study->reference_method,
-             "%s (%s) at rtol %g; agrees with %s (%s)", pair[0]->name, pair[0]->description,
+             "%s (%s) at rtol %g, in agreement with %s (%s)", pair[0]->name, pair[0]->description,
              reference->rtol, pair[1]->name, pair[1]->description);
     return MR_OK;
 }
@@ -284,8 +284,9 @@ static enum mr_status run_tolerances(struct error_study *study, const struct ref
         const struct error_run *run = &study->runs[study->run_count - 1];
         if (e > LOOSEST_RTOL_EXPONENT && run->status != SIM_OK && run[-1].status == SIM_OK &&
             run->steps > request.max_steps / 2 && e < TIGHTEST_RTOL_EXPONENT) {
-            add_note(study, "%s: tolerances below %g left out: too many steps", kind->name,
-                     run->rtol);
+            add_note(study,
+                     "%s: tolerances below %g are left out, because they need too many steps",
+                     kind->name, run->rtol);
             break;
         }
     }
@@ -307,8 +308,9 @@ static enum mr_status run_fixed_steps(struct error_study *study, const struct re
     double least_s = end_s * scene->mats / RK4_MAT_STEPS_MAX;
     double first_s = FIRST_STEP_FRACTION * fmin(limit_s, end_s / MIN_STEPS);
     if (first_s < least_s) {
-        add_note(study, "rk4 left out: its stability limit of %.3g s requires %.3g steps", limit_s,
-                 end_s / limit_s);
+        add_note(study,
+                 "rk4 is left out, because its stability limit of %.3g s requires %.3g steps",
+                 limit_s, end_s / limit_s);
         return MR_OK;
     }
     for (size_t i = 0; i < sizeof unstable_step_ratios / sizeof unstable_step_ratios[0] &&
@@ -321,7 +323,7 @@ static enum mr_status run_fixed_steps(struct error_study *study, const struct re
     for (int k = 0; k < FIXED_STEP_RUNS; k++) {
         request.dt_s = first_s * pow(2.0, -step_size_octaves(k));
         if (request.dt_s < least_s) {
-            add_note(study, "rk4: steps below %.3g s left out", least_s);
+            add_note(study, "rk4: steps below %.3g s are left out", least_s);
             break;
         }
         if (measure_run(study, reference, scene, &request, error) != MR_OK)
@@ -397,7 +399,7 @@ static enum mr_status run_chain_study(struct error_study *study, const struct si
     for (size_t i = 0; i < size; i++)
         study->peak_u_ft = fmax(study->peak_u_ft, fabs(reference[i]));
     snprintf(study->reference_method, sizeof study->reference_method,
-             "event (every event located) at rtol 1e-13; agrees with rtol 1e-12");
+             "event (every event located) at rtol 1e-13, in agreement with rtol 1e-12");
     if (error->status == MR_OK &&
         (run.status != SIM_OK || check.status != SIM_OK ||
          study->disagreement_u_ft > ERROR_LIMIT_U_FT * CHAIN_TOLERANCE_RATIO))

@@ -28,7 +28,7 @@
 
 #define ELEMENT_INDEX(name) ELEMENT_##name,
 enum element_index { ELEMENT_TABLE(ELEMENT_INDEX) ELEMENT_COUNT };
-_Static_assert(ELEMENT_COUNT <= SIM_ELEMENTS_MAX, "a scene has room for every element");
+_Static_assert(ELEMENT_COUNT <= SIM_ELEMENTS_MAX, "struct sim_scene has a value for every element");
 
 /* The state of a mat on which an element's force depends. */
 struct element_mat {

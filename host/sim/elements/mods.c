@@ -675,12 +675,13 @@ void mods_describe(const struct mods *m, struct sim_result *result)
         const struct mods_bands *b = &m->band[g];
         if (b->segment_count > 0)
             sim_result_add_note(
-                result, "bands: %g, each riveted to %d mats; stiffness between rivets: %.4g lb/ft",
+                result, "%g bands, each riveted to %d mats; stiffness between rivets: %.4g lb/ft",
                 b->scene_bands->count, b->segment_count - 1, b->k_lb_ft[b->segment_count / 2]);
     }
     if (m->has_cleats)
         sim_result_add_note(
-            result, "cleats: %d, each holds %g lb when new (friction of a mat: %g lb)",
+            result,
+            "%d cleats, each with a holding force of %g lb when new (friction of a mat: %g lb)",
             m->cleat_count, s->cleat_hold_lb, m->scene->friction * m->scene->weight_lb);
     for (int k = 0; k < SIM_RESTRAINT_KIND_COUNT; k++) {
         const struct restraints *r = &m->restraint[k];
@@ -688,16 +689,18 @@ void mods_describe(const struct mods *m, struct sim_result *result)
             sim_result_add_note(result, "%ss: %d, %g lb/ft each%s", mods_restraint_name(r->kind),
                                 r->count, r->parameters->k_lb_ft,
                                 k == SIM_TIE_DOWNS && m->scene->model == SIM_MODEL_CHAIN
-                                    ? "; no effect in model chain, where nothing rises"
+                                    ? "; no effect in model chain, in which mats do not rise"
                                     : "");
     }
     if (m->has_stiffeners)
-        sim_result_add_note(result, "stiffeners: %d line(s) over %d mats each; model %s",
+        sim_result_add_note(result, "%d line(s) of stiffeners over %d mats each; model %s",
                             s->stiffener_line_count, s->stiffener_span_mats,
-                            m->scene->model == SIM_MODEL_CHAIN ? "chain: stretch, but no bending"
-                                                               : "consistent");
+                            m->scene->model == SIM_MODEL_CHAIN
+                                ? "chain: the stiffeners stretch, but do not bend"
+                                : "consistent");
     if (m->has_diagonal_lay)
-        sim_result_add_note(result, "joints at %g degrees slide at %g lb + %g times the joint load",
+        sim_result_add_note(result,
+                            "the joints at %g degrees slide at %g lb + %g times the joint load",
                             s->lay_deg, s->lay_slide_lb, s->lay_mu);
 }
 

@@ -14,7 +14,7 @@
 static enum mr_status refuse_feature(const char *what, const char *instead,
                                      const struct sim_scene *scene, struct error *error)
 {
-    return error_set(error, MR_USAGE, "not available: %s: %s in model %s; %s",
+    return error_set(error, MR_USAGE, "feature not available in the model: %s: %s in model %s; %s",
                      sim_scene_name(scene), what, sim_model_name(scene->model), instead);
 }
 
@@ -44,16 +44,18 @@ static enum mr_status check_scene(const struct sim_scene *scene, bool grit, stru
     };
     for (size_t i = 0; i < sizeof fixed_only / sizeof fixed_only[0] && !grit; i++) {
         if (fixed_only[i].is_present)
-            return error_set(
-                error, MR_USAGE, "not available: %s: %s%s in model %s; leave it out, or give %s %s",
-                sim_scene_name(scene), fixed_only[i].what,
-                report ? "" : " with a solver that chooses its step", sim_model_name(scene->model),
-                report ? "model" : "solver", report ? fixed_only[i].models : "staggered");
+            return error_set(error, MR_USAGE,
+                             "feature not available in the model: %s: %s%s in model %s; leave the "
+                             "feature out, or give %s %s",
+                             sim_scene_name(scene), fixed_only[i].what,
+                             report ? "" : " with a solver that chooses its step",
+                             sim_model_name(scene->model), report ? "model" : "solver",
+                             report ? fixed_only[i].models : "staggered");
     }
     if (report && scene->friction_normal == SIM_NORMAL_SOIL &&
         scene->friction_law != SIM_FRICTION_NONE)
-        return refuse_feature("friction_normal soil", "give weight, or model consistent", scene,
-                              error);
+        return refuse_feature("friction_normal soil",
+                              "give friction_normal weight, or model consistent", scene, error);
     for (size_t i = 1; i < scene->ground_ft.count; i++) {
         if (!(fabs(scene->ground_ft.values[i] - scene->ground_ft.values[i - 1]) <
               0.5 * scene->length_ft))
@@ -61,7 +63,7 @@ static enum mr_status check_scene(const struct sim_scene *scene, bool grit, stru
                                   error);
     }
     if (!report && scene->q1_lb != 0.0)
-        return refuse_feature("Q1", "leave it out, or give model report", scene, error);
+        return refuse_feature("Q1", "leave Q1 out, or give model report", scene, error);
     if (!report && !(scene->kv_lb_ft > 0.0))
         return refuse_feature("KV 0 (the mats would fall)", "give a stiffness", scene, error);
     double inertia = scene->inertia_slug_ft2;
@@ -356,7 +358,7 @@ void model_describe(const struct model *m, struct sim_result *result)
         sim_result_add_omitted_effect(result, "friction (none)");
     if (m->slack_ft > 0.0 && has_grit(m->scene))
         sim_result_add_note(
-            result, "grit: a joint opens freely; each time it closes, it must overcome its grit");
+            result, "grit: a joint opens freely, but must overcome its grit each time it closes");
     if (m->slack_ft <= 0.0)
         sim_result_add_omitted_effect(result, "slack (0)");
     if (!m->has_full_profile)

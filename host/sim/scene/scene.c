@@ -124,7 +124,7 @@ static const struct sim_key keys[] = {
     NOT_NEGATIVE_KEY("CT", ct_lb_ft_s_rad, "ft lb s/rad", "damping of a joint in torsion"),
     RANGE_KEY("TAD_deg", tad_deg, 0.0, 180.0, false, "deg", "free rotation of a joint"),
     CHOICE_KEY("tad_mode", tad_mode, tad_mode_names,
-               "moment beyond TAD_deg: rises from zero (deadband) or jumps (switched)"),
+               "moment beyond TAD_deg, which rises from zero (deadband) or jumps (switched)"),
     CHOICE_KEY("profile", profile, profile_names,
                "opening of a joint caused by rotation: neglected (low) or included (full)"),
     NOT_NEGATIVE_KEY("slack", slack_ft, "ft", "free travel of a joint"),
@@ -187,7 +187,7 @@ static const struct sim_key keys[] = {
     LIST_KEY("ground", ground_ft, SIM_KEY_LIST, -SIM_VALUE_MAX, SIM_VALUE_MAX, "ft",
              "consistent model: heights of the ground under the nodes"),
     RANGE_KEY("t_dwell", t_dwell_s, -1.0, SIM_VALUE_MAX, false, "s",
-              "time that the run continues after the aircraft has stopped or left"),
+              "time for which the run continues after the aircraft has stopped or left"),
     BAND_KEYS("bands", "band_", 0),
     BAND_KEYS("bands2", "band2_", 1),
     INT_KEY("cleat_every", mods.cleat_every, 0, SIM_MATS_MAX, "mats",
@@ -197,10 +197,9 @@ static const struct sim_key keys[] = {
     RANGE_KEY("cleat_travel", mods.cleat_travel_ft, 0.0, (double)INFINITY, true, "ft",
               "movement over which the holding force falls to 1/e"),
     POSITIVE_KEY("cleat_depth", mods.cleat_depth_ft, "ft", "depth of a cleat"),
-    RANGE_KEY(
-        "cleat_power", mods.cleat_exponent, 0.0, 2.0, false, "",
-        "exponent p: the holding force of a raised or bent cleat is proportional to (depth in "
-        "the soil)^p. 0 selects 2 for a raised cleat, 1 for a bent one"),
+    RANGE_KEY("cleat_power", mods.cleat_exponent, 0.0, 2.0, false, "",
+              "exponent p: the holding force of a raised or bent cleat is proportional to (depth "
+              "in the soil)^p. 0 selects p = 2 for a raised cleat and p = 1 for a bent one"),
     RANGE_KEY("cleat_spring_deg", mods.cleat_spring_deg, 0.0, 90.0, false, "deg",
               "bending up to this angle springs back; needs cleat_power"),
     LIST_KEY("cleat_left", mods.cleat_remaining_share, SIM_KEY_PARTS, 0.0, 1.0, "",
@@ -222,7 +221,7 @@ static const struct sim_key keys[] = {
              "ft", "opening of each joint at which the stiffener force is zero"),
     RANGE_KEY("lay_deg", mods.lay_deg, 0.0, 80.0, false, "deg", "angle of the diagonal pattern"),
     NOT_NEGATIVE_KEY("lay_slide", mods.lay_slide_lb, "lb",
-                     "friction along an unloaded diagonal joint"),
+                     "friction force along an unloaded diagonal joint"),
     RANGE_KEY("lay_mu", mods.lay_mu, 0.0, 10.0, false, "",
               "friction coefficient along a diagonal joint"),
     RESTRAINT_KEYS("anchor_", SIM_ANCHORS, "mat",
@@ -235,7 +234,7 @@ static const struct sim_key keys[] = {
         "gear_damping", gear.damping, "",
         "damping of a mat under the gear on elastic ground, as a fraction of critical damping"),
     RANGE_KEY("gear_unloading", gear.recovered_share, 0.0, 1.0, true, "",
-              "share of the displacement that the elastic ground recovers"),
+              "share of the displacement that the elastic ground recovers while unloading"),
     RANGE_KEY(
         "gear_axle_law", gear.axle_exponent, 0.0, 2.0, false, "",
         "exponent of the ground stiffness under a mat against the number of axles on the mat"),
@@ -464,8 +463,8 @@ static enum mr_status read_value_row(double *values, size_t count, const struct 
     struct quantity_error wrong;
     if (json_array_size(row) != 3 || first < 1 || last < first || last > (long long)count)
         return error_set(error, MR_MALFORMED,
-                         "not a range: %s: %s[%zu]; give a number, then rows [first, last, value]; "
-                         "first and last are whole numbers from 1 to %zu",
+                         "not a range: %s: %s[%zu]; give a number, then rows [first, last, value] "
+                         "with whole numbers first and last from 1 to %zu",
                          path, key->name, at, count);
     if (!read_quantity(key, json_array_get(row, 2), &value, &wrong))
         return refuse_number(path, key, json_array_get(row, 2), (int)at, &wrong, error);
@@ -520,17 +519,18 @@ static enum mr_status read_path(struct sim_scene *scene, const char *path, const
                                  wrong.what, path, i, json_string_value(entry), wrong.advice);
             if (json_array_size(row) != 3 ||
                 !quantity_read_json(entry, units[k], &number[k], &wrong))
-                return error_set(error, MR_MALFORMED,
-                                 "wrong type: %s: path row %zu; give three numbers, "
-                                 "[t_s, x_ft, F_lb]",
-                                 path, i);
+                return error_set(
+                    error, MR_MALFORMED,
+                    "wrong type: %s: row %zu of path; give three numbers, [t_s, x_ft, F_lb]", path,
+                    i);
         }
         scene->path[i] = (struct sim_path_row){number[0], number[1], number[2]};
     }
     if (count == 0)
-        return error_set(error, MR_MALFORMED,
-                         "list too short: %s: path has no rows; give at least two or leave it out",
-                         path);
+        return error_set(
+            error, MR_MALFORMED,
+            "list too short: %s: path has no rows; give at least two rows, or leave path out",
+            path);
     return MR_OK;
 }
 
@@ -619,8 +619,8 @@ static enum mr_status refuse_key(const char *path, const char *name, struct erro
                              name, sim_key_at(i)->name, name);
     }
     return error_set(error, MR_MALFORMED,
-                     "unknown key: %s: \"%s\"; correct it (matrig sim --keys lists the keys), or "
-                     "write _%s for a comment",
+                     "unknown key: %s: \"%s\"; correct the key (matrig sim --keys lists the keys), "
+                     "or write _%s for a comment",
                      path, name, name);
 }
 
@@ -742,8 +742,8 @@ static enum mr_status check_bands(const struct sim_scene *scene, int group, cons
         return MR_OK;
     if (connections == 0)
         return error_set(error, MR_MALFORMED,
-                         "bands without rivets: %s: first riveted mat %d of a runway of %d mats "
-                         "(%s_first, %s_every); give a smaller number",
+                         "bands without rivets: %s: the first riveted mat is %d, but the runway "
+                         "has %d mats (%s_first, %s_every); give a smaller number",
                          where, first, scene->mats, prefixes[group], prefixes[group]);
     if (check_list_length(&b->initial_tension_lb, connections + 1, t0_names[group],
                           "segment (riveted mats + 1)", where, error) != MR_OK ||
@@ -780,24 +780,25 @@ static enum mr_status mods_check(const struct sim_scene *scene, const char *wher
                               "restraint", where, error) != MR_OK)
             return error->status;
         if (m->restraint[k].spacing > 0 && !(m->restraint[k].k_lb_ft > 0.0))
-            return error_set(error, MR_MALFORMED,
-                             "no stiffness: %s: %s_every without %s_K; give a stiffness", where,
-                             mods_restraint_name(k), mods_restraint_name(k));
+            return error_set(
+                error, MR_MALFORMED,
+                "no stiffness: %s: %s_every is given without %s_K; give this stiffness", where,
+                mods_restraint_name(k), mods_restraint_name(k));
     }
     if (m->stiffener_span_mats > 1 && m->lay_deg > 0.0)
         return error_set(
             error, MR_MALFORMED,
-            "stiffeners on a diagonal pattern: %s: stiff_span and lay_deg; give only one", where);
+            "stiffeners on a diagonal pattern: %s; give only one of stiff_span and lay_deg", where);
     if (m->lay_deg > 0.0 && !(scene->slack_ft > 0.0) && m->lay_slide_lb == 0.0 && m->lay_mu == 0.0)
         return error_set(error, MR_MALFORMED,
-                         "diagonal joints cannot slide: %s: lay_deg without lay_slide, lay_mu or "
-                         "slack; give at least one",
+                         "diagonal joints cannot slide: %s: lay_deg is given without lay_slide, "
+                         "lay_mu or slack; give at least one of them",
                          where);
     for (size_t i = 0; i < m->torn.count; i++) {
         if (m->torn.values[i] > scene->mats + 1 || m->torn.values[i] != floor(m->torn.values[i]))
             return error_set(error, MR_MALFORMED,
-                             "no such joint: %s: torn[%zu] is %g; there are %d", where, i,
-                             m->torn.values[i], scene->mats + 1);
+                             "no such joint: %s: torn[%zu] is %g; give a joint from 1 to %d", where,
+                             i, m->torn.values[i], scene->mats + 1);
     }
     return MR_OK;
 }
@@ -859,9 +860,8 @@ static enum mr_status check_key(const struct sim_scene *scene, const struct sim_
         while (key->choices[count])
             count++;
         if (choice >= count)
-            return error_set(error, MR_MALFORMED,
-                             "value out of range: %s: %s is choice %u; there are %zu", where,
-                             key->name, choice, count);
+            return error_set(error, MR_MALFORMED, "value out of range: %s: %s is choice %u of %zu",
+                             where, key->name, choice, count);
         return MR_OK;
     }
     case SIM_KEY_REAL:
@@ -908,10 +908,11 @@ static enum mr_status check_gear(const struct sim_scene *scene, const char *wher
                          "value out of range: %s: gear_foot_ft is %g; give at most 4 mats, %g ft",
                          where, scene->gear.axle_length_ft, 4.0 * scene->length_ft);
     if ((lines->count > 0 || axles->count > 0) && !has_elastic_ground(scene))
-        return error_set(error, MR_MALFORMED,
-                         "axle lines without ground: %s: gear_lines_ft or gear_axles without "
-                         "gear_k_lb_ft; give the stiffness of the ground, or leave them out",
-                         where);
+        return error_set(
+            error, MR_MALFORMED,
+            "axle lines without ground: %s: gear_lines_ft or gear_axles is given without "
+            "gear_k_lb_ft; give the stiffness of the ground, or leave the axle lines out",
+            where);
     return MR_OK;
 }
 
@@ -925,24 +926,23 @@ static enum mr_status check_path(const struct sim_scene *scene, const char *wher
         for (size_t k = 0; k < 3; k++) {
             if (!(fabs(numbers[k]) <= SIM_VALUE_MAX))
                 return error_set(error, MR_MALFORMED,
-                                 "value out of range: %s: path row %zu: %s is %g; give %g to %g",
+                                 "value out of range: %s: row %zu of path: %s is %g; give %g to %g",
                                  where, i, names[k], numbers[k], -SIM_VALUE_MAX, SIM_VALUE_MAX);
         }
         if (row->t_s < 0.0 || (i > 0 && row->t_s < row[-1].t_s))
-            return error_set(
-                error, MR_MALFORMED,
-                "times out of order: %s: path row %zu is at %.12g s; give rows in order "
-                "of time from 0 s on (equal times: a jump of F)",
-                where, i, row->t_s);
+            return error_set(error, MR_MALFORMED,
+                             "times out of order: %s: row %zu of path is at %.12g s; give rows in "
+                             "order of time from 0 s on (equal times: a jump of F)",
+                             where, i, row->t_s);
         if (i > 0 && row->t_s == row[-1].t_s && row->x_ft != row[-1].x_ft)
             return error_set(error, MR_MALFORMED,
-                             "aircraft jumps: %s: path row %zu has the time of the previous row "
-                             "but a different x; give it a later time",
+                             "aircraft jumps: %s: row %zu of path has the time of the previous row "
+                             "but a different x; give this row a later time",
                              where, i);
     }
     if (scene->path_count == 1)
         return error_set(error, MR_MALFORMED,
-                         "list too short: %s: path has one row; give at least two", where);
+                         "list too short: %s: path has one row; give at least two rows", where);
     return MR_OK;
 }
 
@@ -969,9 +969,10 @@ enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
                          where, scene->v0_mat, scene->mats);
     if (scene->bump_ft.count > 0 &&
         (size_t)scene->bump_first + scene->bump_ft.count > (size_t)scene->mats + 2)
-        return error_set(error, MR_MALFORMED,
-                         "no such node: %s: bump ends at node %zu; N + 1 is %d", where,
-                         (size_t)scene->bump_first + scene->bump_ft.count - 1, scene->mats + 1);
+        return error_set(
+            error, MR_MALFORMED,
+            "no such node: %s: bump ends at node %zu; give values up to node %d (N + 1)", where,
+            (size_t)scene->bump_first + scene->bump_ft.count - 1, scene->mats + 1);
     if (scene->ground_ft.count > 0 && scene->ground_ft.count != (size_t)scene->mats + 1)
         return error_set(
             error, MR_MALFORMED,
@@ -981,20 +982,19 @@ enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
         return error->status;
     double end_s = sim_scene_end_s(scene);
     if (!(end_s > 0.0 && end_s <= SIM_VALUE_MAX))
-        return error_set(error, MR_MALFORMED,
-                         "no end: %s: the end of the run is not given; give tend", where);
+        return error_set(error, MR_MALFORMED, "the scene gives no end of the run: %s; give tend",
+                         where);
     if (scene->path_count > 0 && scene->path[0].t_s > SIM_CLOCK_S && !(end_s > scene->path[0].t_s))
         return error_set(error, MR_MALFORMED,
-                         "end before the start: %s: the run ends at %.12g s, but the path begins "
-                         "at %.12g s; give tend and t_out in the time of the path",
+                         "the run ends before it begins: %s: it ends at %.12g s, but the path "
+                         "begins at %.12g s; give tend and t_out in the time of the path",
                          where, end_s, scene->path[0].t_s);
     for (size_t i = 0; i < scene->t_out_s.count; i++) {
         if (scene->t_out_s.values[i] > end_s)
-            return error_set(
-                error, MR_MALFORMED,
-                "output after the end: %s: t_out[%zu] is %.12g s and the run ends at %.12g s; "
-                "give a later tend",
-                where, i, scene->t_out_s.values[i], end_s);
+            return error_set(error, MR_MALFORMED,
+                             "output after the end: %s: t_out[%zu] is %.12g s, but the run ends at "
+                             "%.12g s; give a later tend",
+                             where, i, scene->t_out_s.values[i], end_s);
     }
     return MR_OK;
 }

@@ -434,12 +434,12 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
     if (chain->joint_law == JOINT_LINEAR)
         sim_result_add_omitted_effect(result, "slack (0)");
     if (chain->joint_law != JOINT_GRIT)
-        sim_result_add_omitted_effect(result, scene->slack_ft > 0.0
-                                                  ? "grit (0 on every joint)"
-                                                  : "grit (slack 0: no joint can be open)");
+        sim_result_add_omitted_effect(
+            result, scene->slack_ft > 0.0 ? "grit (0 on every joint)"
+                                          : "grit, because no joint can be open with slack 0");
     else
         sim_result_add_note(
-            result, "grit: a joint opens freely; each time it closes, it must overcome its grit");
+            result, "grit: a joint opens freely, but must overcome its grit each time it closes");
     if (chain->mods)
         mods_describe(chain->mods, result);
     if (scene->path_count > 0)
@@ -451,14 +451,13 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
     element_describe(scene, result);
     if (chain->is_varied)
         sim_result_add_note(result,
-                            "values differ from mat to mat (KL, W or v0), or an end carries a "
-                            "weight");
+                            "KL, W or v0 differs from mat to mat, or an end carries a weight");
     int stressed = 0;
     for (int j = 1; j <= chain->mats + 1; j++)
         stressed += joint_spring_stretch_ft(chain, j) != 0.0;
     if (stressed > 0)
-        sim_result_add_note(result, "%d joints start under load (gap0 below 0 or beyond slack)",
-                            stressed);
+        sim_result_add_note(
+            result, "%d joints start under load, because gap0 is below 0 or above slack", stressed);
 }
 
 /* ---- runs ---- */
@@ -946,10 +945,9 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
     bool fixed = options->solver && strcmp(options->solver, "staggered") == 0;
     if (given && event) {
         chain_free(&chain);
-        return error_set(
-            error, MR_USAGE,
-            "--dt does not apply: the solver 'event' chooses its own step; give --rtol, or "
-            "--solver staggered");
+        return error_set(error, MR_USAGE,
+                         "solver event chooses its own step and ignores --dt; give --rtol, or "
+                         "--solver staggered");
     }
     if (!given && !fixed && (event || !options->is_single_pass) &&
         chain_event_is_supported(scene)) {
@@ -970,7 +968,8 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
         sim_result_set_status(result, SIM_UNSTABLE, sim_wheel_first_mat(&wheel), 0.0);
     } else if (!(steps <= MAX_STEPS)) {
         error_set(error, MR_USAGE,
-                  "too many steps: %s: %g s in steps of %g s; give a smaller tend or a larger dt",
+                  "too many steps: %s: tend is %g s and the step is %g s; give a smaller tend or a "
+                  "larger dt",
                   sim_scene_name(scene), end_s, h);
     } else if (options->is_single_pass) {
         run_single_pass(&chain, scene, options, (uint64_t)steps, result);

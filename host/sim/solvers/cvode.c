@@ -247,7 +247,8 @@ const struct stepper_kind stepper_cvode = {
     .name = "cvode",
     .samples_shape_switches = true,
     .rtol = 1e-8,
-    .description = "SUNDIALS CVODE, BDF, banded, restarted at each new mat and at stick-slip",
+    .description = "SUNDIALS CVODE, BDF, banded, restarted at each new mat and at each change "
+                   "between sticking and slipping",
     .work_bytes = sizeof(struct cvode_work),
     .row_count = 3,
     .extra_value_rows = 1 + 3 * MODEL_ROW_LENGTH,

@@ -369,11 +369,10 @@ static enum mr_status run_engine(struct planar_engine *l, const struct sim_optio
         return MR_OK;
     }
     if (!(steps <= MAX_STEPS))
-        return error_set(
-            error, MR_USAGE,
-            "too many steps: %s: %g s in steps of %g s; give a smaller tend, a larger dt or "
-            "--solver implicit",
-            sim_scene_name(l->scene), end_s, h);
+        return error_set(error, MR_USAGE,
+                         "too many steps: %s: tend is %g s and the step is %g s; give a smaller "
+                         "tend, a larger dt or --solver implicit",
+                         sim_scene_name(l->scene), end_s, h);
     if (options->is_single_pass) {
         struct march only = {0};
         start_march(l, &only, options, (uint64_t)steps, result);
@@ -401,9 +400,9 @@ enum mr_status landing_run(const struct sim_scene *scene, const struct sim_optio
         result->solver = "staggered";
         result->mats = scene->mats;
         result->t_end_s = sim_scene_end_s(scene);
-        sim_result_add_note(
-            result, "error estimate: the largest difference between runs at 1, 1.9, 2.6 and "
-                    "3.6 times the step; the difference of the first two counts double");
+        sim_result_add_note(result,
+                            "error estimate: largest difference between runs at 1, 1.9, 2.6 and "
+                            "3.6 times the step, with a weight of 2 for the first two");
         if (l.mods)
             mods_describe(l.mods, result);
         run_engine(&l, options, result, error);

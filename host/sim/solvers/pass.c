@@ -56,10 +56,10 @@ struct pass {
 };
 
 /* Reasons why a run makes no progress. */
-#define REASON_STEP_TOO_SMALL "its step became too small"
+#define REASON_STEP_TOO_SMALL "the step became too small"
 #define REASON_SWITCHES_TOO_CLOSE \
     "events (contact, sticking, slipping) follow each other too closely"
-#define REASON_STEPS_EXHAUSTED "it reached its limit of steps"
+#define REASON_STEPS_EXHAUSTED "the run reached its limit of steps"
 
 static bool fail_pass(struct pass *p, enum sim_status status, int mat_from_1, double t_s)
 {

@@ -368,8 +368,8 @@ static void add_runs_if_only_sampled(struct model *m, const struct sim_options *
     if (!is_sampling_kind(request.kind))
         return;
     sim_result_add_note(result,
-                        "events (contact, sticking, slipping) are sampled, and no run of another "
-                        "method locates them: the error estimate includes two more runs");
+                        "the error estimate includes two more runs, because events (contact, "
+                        "sticking, slipping) are sampled and no other method locates them");
     for (int i = 0; i < EXTRA_RUN_COUNT; i++) {
         struct pass_outcome pass = {0};
         request.dt_s /= EXTRA_STEP_RATIO;
@@ -405,11 +405,12 @@ static void add_runs_if_sensitive(struct model *m, const struct sim_options *opt
     bool fixed = runs->fine_request.kind->has_fixed_step;
     if (!is_result_sensitive(m, runs, result))
         return;
-    sim_result_add_note(result,
-                        "sensitive: errors grow %s; the error estimate also uses one run with a "
-                        "smaller %s and %d runs with stiffnesses changed by %g of their value",
-                        fixed ? "to more than a twentieth of the movement" : "more than 1000-fold",
-                        fixed ? "step" : "tolerance", DIVERGENCE_RUN_COUNT, STIFFNESS_NUDGE);
+    sim_result_add_note(
+        result,
+        "sensitive result: errors grow %s; the error estimate also uses one run with a smaller %s "
+        "and %d runs with stiffnesses changed by %g of their value",
+        fixed ? "to more than a twentieth of the movement" : "more than 1000-fold",
+        fixed ? "step" : "tolerance", DIVERGENCE_RUN_COUNT, STIFFNESS_NUDGE);
     const struct pass_outcome *answer = runs->is_result_coarse ? &runs->coarse : &runs->fine;
     struct pass_request finer = runs->fine_request;
     finer.rtol = fmax(ESTIMATE_MIN_RTOL, finer.rtol / ESTIMATE_RTOL_RATIO);
@@ -571,11 +572,10 @@ static void run_moreau(const struct model *model, const struct sim_options *opti
     if (m.friction_law == SIM_FRICTION_SIGN) {
         m.friction_law = SIM_FRICTION_STICK;
         sim_result_add_note(result,
-                            "friction law 'stick' is used: it is the exact form of the law 'sign'");
+                            "friction law 'stick' is used, the exact form of the law 'sign'");
     }
-    sim_result_add_note(result,
-                        "error estimate: three times the largest difference from runs with 1.9 "
-                        "and 3.6 times the step");
+    sim_result_add_note(result, "error estimate: three times the largest difference to runs with "
+                                "1.9 and 3.6 times the step");
     for (int i = 0; i < MOREAU_MAX_RUNS; i++) {
         struct pass_outcome run = {0};
         request.pass_number = ++result->pass_count;
@@ -642,17 +642,19 @@ static const struct stepper_kind *choose_solver(const struct sim_scene *scene,
     if (!is_solver_automatic(options))
         return stepper_find(options->solver);
     if (scene->friction_law == SIM_FRICTION_SIGN && scene->friction > 0.0)
-        sim_result_add_note(result, "auto: friction law 'sign' does not define the force on a mat "
-                                    "at rest; its exact form, law 'stick', is used");
+        sim_result_add_note(result, "auto: law 'stick' is used, the exact form of friction law "
+                                    "'sign', which does not define the force on a mat at rest");
     if (steps <= ESTIMATE_EVENT_STEPS_MAX) {
-        sim_result_add_note(
-            result, "auto: event; the fastest rate, %.4g /s, requires at most %.0f explicit steps",
-            rate, ceil(steps));
+        sim_result_add_note(result,
+                            "auto: event is used, because the fastest rate, %.4g /s, requires at "
+                            "most %.0f explicit steps",
+                            rate, ceil(steps));
         return &stepper_event;
     }
-    sim_result_add_note(
-        result, "auto: implicit; the fastest rate, %.4g /s, would require %.3g explicit steps",
-        rate, steps);
+    sim_result_add_note(result,
+                        "auto: implicit is used, because the fastest rate, %.4g /s, would require "
+                        "%.3g explicit steps",
+                        rate, steps);
     return &stepper_implicit;
 }
 
@@ -720,15 +722,14 @@ static enum mr_status run_fixed_step_solver(struct model *m, const struct sim_op
     double dt = given ? options->dt_s : fmin(0.5 * result->dt_limit_s, end / 500.0);
     struct pass_request request = {kind, 0.0, dt, UINT64_MAX, 0, 0.0};
     if (end / dt > MAX_FIXED_STEPS)
-        return error_set(
-            error, MR_USAGE,
-            "too many steps: %s: %g s in steps of %g s; give a smaller tend, a larger dt "
-            "or --solver implicit",
-            sim_scene_name(m->scene), end, dt);
+        return error_set(error, MR_USAGE,
+                         "too many steps: %s: tend is %g s and the step is %g s; give a smaller "
+                         "tend, a larger dt or --solver implicit",
+                         sim_scene_name(m->scene), end, dt);
     sim_result_add_note(
-        result, given ? "error estimate: from the largest difference from runs with a smaller step "
+        result, given ? "error estimate: from the largest difference to runs with a smaller step "
                         "(1/1.9) and, where needed and stable, a larger step (1.9 times)"
-                      : "error estimate: from the largest difference from runs with larger steps "
+                      : "error estimate: from the largest difference to runs with larger steps "
                         "(1.9 times and, where needed and stable, 3.6 times)");
     if (dt > result->dt_limit_s) {
         result->dt_s = dt;
@@ -750,7 +751,7 @@ static void run_adaptive_solver(struct model *m, const struct sim_options *optio
     struct pass_request request = {kind, given ? options->rtol : kind->rtol, 0.0, most, 0, 0.0};
     sim_result_add_note(
         result,
-        "error estimate: largest difference from the same run at a 30 times looser tolerance");
+        "error estimate: largest difference to the same run at a 30 times looser tolerance");
     for (int i = 0;; i++) {
         result->status = SIM_OK;
         run_coarse_and_fine(m, options, request, false, !given && i == MAX_TIGHTENINGS,
@@ -759,7 +760,8 @@ static void run_adaptive_solver(struct model *m, const struct sim_options *optio
             break;
         request.rtol = fmax(ESTIMATE_MIN_RTOL, request.rtol * TIGHTENED_RTOL_FACTOR);
         sim_result_add_note(
-            result, "the results at two tolerances disagreed; the run was repeated at rtol %.3g",
+            result,
+            "the run was repeated at rtol %.3g, because the results at two tolerances disagreed",
             request.rtol);
     }
 }
@@ -768,9 +770,9 @@ static void run_adaptive_solver(struct model *m, const struct sim_options *optio
  * SIM_STEP_UNDERFLOW. */
 static void note_solver_change(struct sim_result *result, const char *left, const char *next)
 {
-    sim_result_add_note(result, "auto: %s reached only %.*g s, because %s; %s used instead", left,
-                        sim_time_digits(result->start_s, 9), result->start_s + result->t_s,
-                        result->reason ? result->reason : "it makes no progress", next);
+    sim_result_add_note(result, "auto: %s reached only %.*g s, because %s; %s is used instead",
+                        left, sim_time_digits(result->start_s, 9), result->start_s + result->t_s,
+                        result->reason ? result->reason : "the run makes no progress", next);
     result->reason = NULL;
 }
 
@@ -825,7 +827,7 @@ static void run_auto(struct model *m, const struct sim_options *options,
         refused.evaluations = result->evaluations;
         refused.pass_count = result->pass_count;
         sim_result_add_note(&refused,
-                            "auto: the other solvers had a computing limit of %g s; %s reached "
+                            "auto: within the computing limit of %g s of each solver, %s reached "
                             "%.*g s of simulated time",
                             PLANAR_OTHER_SOLVERS_S, result->solver,
                             sim_time_digits(result->start_s, 9), result->start_s + result->t_s);
@@ -862,11 +864,11 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
     model_describe(&model, result);
     if (options->dt_s > 0.0 && !kind->has_fixed_step)
         error_set(error, MR_USAGE,
-                  "no fixed step: solver %s chooses its step; give --rtol, or --solver rk4",
+                  "solver %s chooses its step and ignores --dt; give --rtol, or --solver rk4",
                   kind->name);
     else if (options->rtol > 0.0 && kind->has_fixed_step)
         error_set(error, MR_USAGE,
-                  "no tolerance: solver %s has a fixed step; give --dt, or another solver",
+                  "solver %s has a fixed step and ignores --rtol; give --dt, or another solver",
                   kind->name);
     else if (kind == &stepper_moreau)
         run_moreau(&model, options, result);
@@ -923,8 +925,9 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
             ? scene->model == SIM_MODEL_CONSISTENT
             : landing && is_solver_automatic(options)) {
         if (is_solver_automatic(options))
-            sim_result_add_note(result, "auto: staggered; a whole landing has too many events "
-                                        "(contact, sticking, slipping) to locate each");
+            sim_result_add_note(result,
+                                "auto: staggered is used, because a whole landing has too many "
+                                "events (contact, sticking, slipping) to locate each event");
         if (landing_run(scene, options, result, error) != MR_OK || !is_solver_automatic(options) ||
             !is_result_undecided(result) || options->dt_s > 0.0 || options->is_single_pass)
             return error->status;

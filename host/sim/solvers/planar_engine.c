@@ -578,11 +578,10 @@ enum mr_status planar_engine_make(struct planar_engine *l, const struct sim_scen
     l->scene = scene;
     if (scene->friction > 0.0 &&
         (scene->friction_law == SIM_FRICTION_TANH || scene->friction_law == SIM_FRICTION_SIGN))
-        return error_set(
-            error, MR_USAGE,
-            "not available: %s: friction tanh or sign with solver staggered; give stick, or "
-            "--solver event",
-            sim_scene_name(scene));
+        return error_set(error, MR_USAGE,
+                         "solver staggered has no friction law tanh or sign: %s; give friction "
+                         "stick, or --solver event",
+                         sim_scene_name(scene));
     if (model_make(&l->model, scene, true, error) != MR_OK)
         return error->status;
     if (result) /* describe the model before the engine changes it */

@@ -155,7 +155,7 @@ enum mr_status ensemble_simulate(const struct fit_model *model,
     remove_failed(ensemble, good);
     if ((double)ensemble->failed_draw_count > MAX_FAILED_SHARE * (double)options->draw_count)
         error_set(error, MR_NUMERICS,
-                  "%zu of %zu simulations failed: round %u; narrow the priors, or check the "
+                  "%zu of %zu simulations failed in round %u; narrow the priors, or check the "
                   "scene with matrig sim",
                   ensemble->failed_draw_count, options->draw_count, round + 1);
     free(good);
@@ -276,8 +276,8 @@ enum mr_status surface_make(const struct ensemble *ensemble, struct surface *sur
         .parameter_count = q, .statistic_count = p, .term_count = k, .draw_count = n};
     if (n <= 2 * k)
         return error_set(error, MR_TOO_FEW,
-                         "too few simulated data sets: %zu for a response surface of %zu terms; "
-                         "use more than %zu draws",
+                         "too few simulated data sets: %zu for a response surface with %zu terms; "
+                         "give more than %zu draws (--draws)",
                          n, k, 2 * k);
     surface->coefficients = new_matrix(k, p);
     surface->scaled_residuals = new_matrix(n, p);
@@ -289,7 +289,8 @@ enum mr_status surface_make(const struct ensemble *ensemble, struct surface *sur
         set_terms(q, ensemble->w + i * q, gsl_matrix_ptr(design, i, 0));
     if (!invert_normal(design, surface->inverse_normal)) {
         error_set(error, MR_NUMERICS,
-                  "too few draws to determine the response surface: %zu; use more draws", n);
+                  "too few draws to determine the response surface: %zu; give more draws (--draws)",
+                  n);
     } else {
         gsl_blas_dgemm(CblasTrans, CblasNoTrans, 1.0, design, &data.matrix, 0.0, moment);
         gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, surface->inverse_normal, moment, 0.0,
@@ -604,7 +605,7 @@ static enum mr_status set_correlation_factor(struct fitting *fitting, struct sur
     if (gsl_linalg_cholesky_decomp1(fitting->correlation_factor) != 0)
         return error_set(
             error, MR_NUMERICS,
-            "the covariance of the statistics is singular: %zu statistics; use more draws", p);
+            "the covariance of the %zu statistics is singular; give more draws (--draws)", p);
     return MR_OK;
 }
 
@@ -667,15 +668,15 @@ static enum mr_status estimate_w(struct fitting *fitting, const struct ensemble 
         return error->status;
     if (!solve_begin(solve, scores, &fitting->region))
         return error_set(error, MR_NUMERICS,
-                         "a parameter has no effect on the measurements: the scores are singular; "
-                         "fit fewer parameters");
+                         "a parameter has no effect on the measurements, so the scores are "
+                         "singular; fit fewer parameters");
     compute_score(fitting, fitting->measured, solve->score);
     memset(w, 0, fitting->model->parameter_count * sizeof *w);
     if (isnan(solve_least_squares(solve, w)))
-        return error_set(
-            error, MR_NUMERICS,
-            "the fit does not converge: %zu parameters; narrow the priors, or fit fewer",
-            fitting->model->parameter_count);
+        return error_set(error, MR_NUMERICS,
+                         "the fit of %zu parameters does not converge; narrow the priors, or fit "
+                         "fewer parameters",
+                         fitting->model->parameter_count);
     return MR_OK;
 }
 
@@ -908,11 +909,11 @@ static enum mr_status check_request(const struct fit_model *model,
                          model->parameter_count, FIT_PARAMETERS_MAX);
     if (model->statistic_count < model->parameter_count ||
         model->statistic_count > FIT_STATISTICS_MAX)
-        return error_set(
-            error, MR_TOO_FEW,
-            "wrong number of measured statistics: %zu for %zu parameters; give %zu to %u",
-            model->statistic_count, model->parameter_count, model->parameter_count,
-            FIT_STATISTICS_MAX);
+        return error_set(error, MR_TOO_FEW,
+                         "the landings give %zu statistics for %zu parameters, but the fit needs "
+                         "%zu to %u; fit more or fewer parameters",
+                         model->statistic_count, model->parameter_count, model->parameter_count,
+                         FIT_STATISTICS_MAX);
     if (options->draw_count < ENSEMBLE_DRAWS_MIN || options->draw_count < least)
         return error_set(error, MR_USAGE,
                          "too few draws: %zu for %zu parameters; give at least %zu",

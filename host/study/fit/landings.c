@@ -940,7 +940,7 @@ static enum mr_status load_landing(struct store *store, const struct measured_la
     enum mr_status status = compare_prepare_scene(measured, &survey, &landing->scene, error);
     if (status == MR_OK && landing->scene.model != SIM_MODEL_CHAIN)
         status = error_set(error, MR_USAGE,
-                           "not a chain: %s is of model %s; give a scene of model chain",
+                           "not of model chain: %s uses model %s; give a scene of model chain",
                            scene_path, sim_model_name(landing->scene.model));
     if (status != MR_OK) {
         sim_scene_free(&landing->scene);
