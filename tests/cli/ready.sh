@@ -83,8 +83,8 @@ a_landing_names_it() { # logged at once after, it says so; and the next time has
     build/matrig --quiet log --all --serial "unix:$sockets/serial" --can "unix:$sockets/can" --db "$tmp/campaign.db" >"$tmp/log.txt" 2>&1
     wait
     cat "$tmp/log.txt"
-    grep -Eq '^  ready +go, [0-9]+ min before$' "$tmp/log.txt" && grep -q '^RUN 1: .*, done, UNCALIBRATED$' "$tmp/log.txt" && build/matrig show "$tmp/campaign.db" | grep 'done, UNCALIBRATED' && build/matrig compare "$tmp/campaign.db" 1 | grep '^RUN  *1, UNCALIBRATED$' && build/matrig export "$tmp/campaign.db" 1 --format csv | grep '^# UNCALIBRATED' &&
-        build/matrig --quiet report "$tmp/campaign.db" -o "$tmp/report.html" >/dev/null && [ "$(grep -o 'done, UNCALIBRATED<' "$tmp/report.html" | wc -l)" = 1 ] && grep -q '<p>UNCALIBRATED: a sensor has no calibration date' "$tmp/report.html" && ! grep '>never<' "$tmp/report.html" &&
+    grep -Eq '^  ready +go, [0-9]+ min before$' "$tmp/log.txt" && grep -q '^RUN 1: .*, done, UNCALIBRATED (emulated board, synthetic data)$' "$tmp/log.txt" && build/matrig show "$tmp/campaign.db" | grep 'done, UNCALIBRATED' && build/matrig compare "$tmp/campaign.db" 1 | grep '^RUN  *1, UNCALIBRATED$' && build/matrig export "$tmp/campaign.db" 1 --format csv | grep '^# UNCALIBRATED' &&
+        build/matrig --quiet report "$tmp/campaign.db" -o "$tmp/report.html" >/dev/null && [ "$(grep -o 'done, UNCALIBRATED (emulated board, synthetic data)<' "$tmp/report.html" | wc -l)" = 1 ] && grep -q '<p>UNCALIBRATED: a sensor has no calibration date' "$tmp/report.html" && ! grep '>never<' "$tmp/report.html" &&
         grep -Eq '<dt>ready</dt><dd>go, [0-9]+ min before' "$tmp/report.html" && build/matrig --quiet bundle "$tmp/campaign.db" 1 -o "$tmp/bundle.db" >/dev/null &&
         [ "$(sqlite3 "$tmp/bundle.db" 'select kind, verdict from readiness')" = 'ready|go' ]
 }
