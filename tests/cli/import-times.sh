@@ -27,7 +27,7 @@ alone() { # a row and no other: the one that was written beyond its buffer
     local time
     for time in 1e308 -1e308 1e300 1e13; do
         printf 't,d\n%s,2\n' $time >"$tmp/one.csv"
-        fails_with 4 '0 rows are valid, 1 are not: .*impossible time' build/matrig import "$tmp/one.db" "$tmp/one.csv" --map "$tmp/named.json" || return 1
+        fails_with 4 '0 rows are valid and 1 are invalid: .*impossible time' build/matrig import "$tmp/one.db" "$tmp/one.csv" --map "$tmp/named.json" || return 1
     done
     printf 't,d\n1e11,2\n' >"$tmp/one.csv" && m import "$tmp/one.db" "$tmp/one.csv" --map "$tmp/named.json" && [ "$(blocks "$tmp/one.db")" = 1 ]
 }

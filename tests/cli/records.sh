@@ -173,7 +173,7 @@ heights() {
     $matrig --quiet record "$all" --correct "$id" height_ft='2 ft +- 0.02 ft: 100,300 500,300 200,240' --reason film >/dev/null && [ "$(field "$all" $((id + 1)) "['fields']['height_ft']")" = 0.3 ] &&
         field "$all" $((id + 1)) "['fields']['height_ft_error']" | grep '^0.007' && $matrig record "$all" picture | grep 'height (ft)' && $matrig record "$all" picture | grep ' 0.3 +- 0.007' || return 1
     bad() { fails_with 2 "$1" $matrig record "$all" --correct $((id + 1)) height_ft="$2" --reason film; }
-    bad 'not a list of marks: .2 ft: 1,2 3,4.' '2 ft: 1,2 3,4' && bad 'out of range: 0 ft' '0 ft: 0,0 90,0 1,1' && bad 'the points of known distance are only 9 pixels apart' '2 ft: 0,0 9,0 1,1' && bad 'no scale' '2 ft: 0,0 90,0 nan,1' || return 1
+    bad 'not a list of marks: .2 ft: 1,2 3,4.' '2 ft: 1,2 3,4' && bad 'out of range: 0 ft' '0 ft: 0,0 90,0 1,1' && bad 'the points of known distance are only 9 pixels apart' '2 ft: 0,0 9,0 1,1' && bad 'the scale of the picture' '2 ft: 0,0 90,0 nan,1' || return 1
     $matrig record "$all" --measure $((id + 1)) -o "$tmp/marks.html" && grep '<title>matrig picture' "$tmp/marks.html" && grep -F "<svg id=\"picture\" data-file=\"$(realpath "$tmp/bow.jpg")\" data-campaign=\"$all\" data-record=\"$((id + 1))\"></svg>" "$tmp/marks.html" || return 1
     fails_with 2 'no file for the page' $matrig record "$all" --measure $((id + 1)) && echo other >"$tmp/bow.jpg" &&
         fails_with 3 'the picture has changed: .*bow.jpg' $matrig record "$all" --measure $((id + 1)) -o "$tmp/marks.html" && printf '\xff\xd8\xff not really a picture' >"$tmp/bow.jpg"
