@@ -219,7 +219,7 @@ with_a_bundle() { $matrig --quiet bundle "$db" 2 -o "$tmp/one.db" && $matrig rec
 once() { # a field given twice, a record or a sheet entered twice; the second piece of damage has a place of its own
     cp "$tmp/none.db" "$tmp/o.db"
     printf 'mat,joint_lb_in\n20,12.5\n' >"$tmp/once.csv"
-    fails_with 2 'two values: joint_lb_in' $matrig record "$tmp/o.db" mat 20 joint_lb_in=12.5 joint_lb_in=13 && $matrig --quiet record "$tmp/o.db" mat --csv "$tmp/once.csv" >/dev/null &&
+    fails_with 2 'two values for joint_lb_in' $matrig record "$tmp/o.db" mat 20 joint_lb_in=12.5 joint_lb_in=13 && $matrig --quiet record "$tmp/o.db" mat --csv "$tmp/once.csv" >/dev/null &&
         fails_with 2 'once.csv, line 2: recorded already: record 1 of mat;' $matrig record "$tmp/o.db" mat --csv "$tmp/once.csv" && fails_with 2 'recorded already: record 1 of mat' $matrig record "$tmp/o.db" mat 20 joint_lb_in=12.5 &&
         $matrig --quiet record "$tmp/o.db" damage 1 what=rivet station_ft=88 >/dev/null && fails_with 2 'recorded already: record 2 of damage' $matrig record "$tmp/o.db" damage 1 what=rivet station_ft=88 && $matrig --quiet record "$tmp/o.db" damage 1 what=rivet station_ft=89 >/dev/null &&
         $matrig --quiet record "$tmp/o.db" --correct 1 joint_lb_in=13 --reason x >/dev/null && fails_with 2 'recorded already: record 4 of mat; .* --correct 4 ' $matrig record "$tmp/o.db" mat 20 joint_lb_in=12.5 &&
@@ -278,7 +278,7 @@ no value|mat 5 joint_lb_in=
 wrong record of damage: what is missing; give what=KIND|damage 1 station_ft=88
 wrong record of damage: what is missing|damage 1 note=bent
 one line of at most|damage 1 what=weld note=$'two\nlines'
-the value of note; .* not only blanks|damage 1 what=weld note='  '
+the value of note .* not only blanks|damage 1 what=weld note='  '
 the value of note|damage 1 what=weld note=$'\e[31mred'
 the value of note|damage 1 what=weld note=$'\xc2\x9b31mred'
 the value of note|damage 1 what=weld note=$'M\xfcller'
@@ -308,7 +308,7 @@ headers() { # columns and their separator
     printf 'joint_lb_in,slack_in\n12.5,0.03\n' >"$tmp/h.csv"
     fails_with 4 'h.csv, line 1: no column mat; add it' $matrig record "$db" mat --csv "$tmp/h.csv" || return 1
     printf 'MAT,slack_in,slack_in\n20,0.03,0.03\n' >"$tmp/h.csv"
-    fails_with 2 'h.csv, line 1: two values: slack_in' $matrig record "$db" mat --csv "$tmp/h.csv" || return 1
+    fails_with 2 'h.csv, line 1: two values for slack_in' $matrig record "$db" mat --csv "$tmp/h.csv" || return 1
     cp "$tmp/none.db" "$tmp/h.db"
     printf 'RUN,drive\n1,coast\n' >"$tmp/h.csv"
     $matrig --quiet record "$tmp/h.db" conditions --csv "$tmp/h.csv" >/dev/null
