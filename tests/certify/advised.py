@@ -19,13 +19,14 @@ SERIES = [("standard", 5), ("grit", 4), ("bands-preliminary", 3), ("bands-off", 
 HEAD = """# Measured: advice before each landing of the 1973 series
 
 This page shows the advice of `matrig advise --before RUN` for each landing of the series in [certification](certification.md). The landings are synthetic, with
-decelerations from the 1973 report. As the plan, `advise` gets the measured speed and mean braking of the landing, and assumes that the braking stays within 10 % of this
-mean. `advise` knows the friction, the survey and the earlier landings, but not the modification (bands, cleats, ...).
+decelerations from the 1973 report. The plan for `advise` consists of the measured speed and the mean braking of the landing. `advise` assumes that the braking stays within 10 %
+of this mean. `advise` knows the friction, the survey and the earlier landings, but not the modification (bands, cleats, ...).
 
-In 1973 these series buckled: standard in landing 5, grit in 4, cleats in 8, stiffeners in 4. The others did not buckle; without bands (bands-off) the mat moved
-several times as far as with bands (report, 4.2 to 5.6). These outcomes are for comparison only, because thrust, ground and mats of 1973 are unknown.
+In 1973 these series buckled: standard in landing 5, grit in 4, cleats in 8, stiffeners in 4. The other series did not buckle. In bands-off, the series without
+bands, the mat moved several times as far as with bands (report, 4.2 to 5.6). These outcomes are for comparison only, because the thrust, ground and mats of 1973 are
+unknown.
 
-In the [demo](demo.md), the probability for standard-5 is 40 %, because there `advise` gets another plan, other landings and other surveys.
+In the [demo](demo.md), the probability for standard-5 is lower, because `advise` gets a different plan, different landings and different surveys there.
 
 """
 
@@ -61,7 +62,7 @@ parser.add_argument("--out", default="build/certify")
 parser.add_argument("--page", action="store_true")
 arguments = parser.parse_args()
 true = truths(arguments.out)
-lines = ["Zone: probability that the wheel reaches a zone of 50 mats, with the sampling interval. Hardest: hardest braking that keeps this probability below 20 %. The first landing "
+lines = ["Zone: probability that the wheel reaches a zone of 50 mats, with the sampling interval in brackets. Hardest: hardest braking that keeps this probability below 20 %. The first landing "
          "of a series has no advice.", "",
          "| Landing | Speed (ft/s) | Braking (ft/s²) | Zone (%) | Advice | Hardest (ft/s²) | True zone (mats) |", "|---|--:|--:|--:|---|--:|--:|"]
 for name, count in SERIES:

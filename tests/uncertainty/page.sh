@@ -27,11 +27,12 @@ $(of --without temperature | rows 'without temperature')
 
 ## Method
 
-Each draw is one transducer or one gage with its board, drawn from the tolerances of the reference circuits (\`hil/circuits/figures.def\`). The certificate states
-0.8 % (transducer) and 0.4 % (gage) with k = 2. The nonlinearity of the sensor is 0.002 in or 0.1 lb rms.
+Each draw is one transducer or one gage, with its board. Its errors are drawn from the tolerances of the reference circuits (\`hil/circuits/figures.def\`). The certificate states
+an uncertainty of 0.8 % (transducer) and 0.4 % (gage) with k = 2. The nonlinearity is 0.002 in rms for a transducer and 0.1 lb rms for a
+gage.
 
-The calibration goes up and down through ten known values, set to within 0.001 in or 0.05 lb, and fits a straight line. Then the temperature changes by up to 10 K, and one
-movement of 0.3 to 2.5 in, or tension of 50 to 350 lb, is measured. The [budget](../explanation/errors.md#two-numbers-for-one-reading) does not use the drawn values.
+The calibration goes up and down through ten known values, and fits a straight line. The values are set to within 0.001 in for a transducer and 0.05 lb for a gage. Then the
+temperature changes by up to 10 K, and one value is measured: a movement of 0.3 to 2.5 in or a tension of 50 to 350 lb. The [budget](../explanation/errors.md#two-numbers-for-one-reading) does not use the drawn values.
 
 Not simulated: error of the station, aging of a sensor, temperature dependence of the gage factor, transverse load on a sensor.
 P
