@@ -241,14 +241,14 @@ def parts_page(parts):
     kinds = bill(parts)
     lines = ["# Parts and connectors of the reference electronics", "",
              "<!-- Made by `make circuits-figures` from the schematics in hil/circuits. Do not edit. -->", "",
-             f"{sum(row[0] for row in kinds)} parts of {len(kinds)} kinds. `G1..14/R5` means part R5 of the fourteen blocks G1 to G14. The count excludes sensors. "
-             "`make circuits` writes a list of all part references, `build/circuits/parts.csv`.", "",
+             f"{sum(row[0] for row in kinds)} parts of {len(kinds)} kinds. `G1..14/R5` means part R5 of each of the fourteen blocks G1 to G14. Sensors are not counted. "
+             "`make circuits` lists all parts in `build/circuits/parts.csv`.", "",
              "## Resistors and capacitors", "",
              "| Kind | Tolerance | Footprint | Values (count, if more than one) |", "|---|---|---|---|", *passives(kinds), "",
              "## Other parts", "", "| Count | Kind | Footprint | Part number | References |", "|--:|---|---|---|---|"]
     lines += [f"| {n} | {' '.join(filter(None, [kind.lower().replace('_', ' '), value, tol]))} | {foot} | {part} | {short(refs)} |"
               for n, kind, value, tol, foot, part, refs in kinds if kind != "CONNECTOR" and (part or kind not in ("RESISTOR", "CAPACITOR"))]
-    lines += ["", "## Connectors", "", "`-`: the pin connects only to parts within its block; see the drawing.", "",
+    lines += ["", "## Connectors", "", "`-` means that the pin connects only to parts of its own block.", "",
               "| Connector | Purpose | Footprint | Part number | Pins |", "|---|---|---|---|---|"]
     seen = set()
     for ref, what, foot, number, pins in connectors(parts):
