@@ -24,8 +24,8 @@
 #define MR_MAT_LENGTH_FT         (2.0f / 7.0f)
 #define MR_SEGMENT_LENGTH_FT     (10.0f * MR_MAT_LENGTH_FT)
 /* A segment counts as closed when its remaining slack is below this limit. The limit allows one
- * open joint (0.036 in by design, report 2.7.2), nine joints closed to 0.001 in each, and three times
- * the survey error of 0.005 in. */
+ * open joint (0.036 in by design, report 2.7.2), nine joints closed to 0.001 in each, and three
+ * times the survey error of 0.005 in. */
 #define MR_CLOSED_SEGMENT_MAX_IN (0.036f + 9.0f * 0.001f + 3.0f * 0.005f)
 
 struct mr_closure_input {

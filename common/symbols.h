@@ -24,8 +24,8 @@ struct mr_symbols {
 };
 
 /* Computes in `entry_count` the number of entries that mr_symbols_read needs for the `length` bytes
- * at `file`; 0 without a table. MR_MALFORMED: not a 32-bit little-endian ELF file; MR_TRUNCATED: the
- * table extends beyond the file. */
+ * at `file`; 0 without a table. MR_MALFORMED: not a 32-bit little-endian ELF file; MR_TRUNCATED:
+ * the table extends beyond the file. */
 enum mr_status mr_symbols_count(const uint8_t *file, size_t length, size_t *entry_count);
 /* Reads the functions of the table into `all`, which has the number of entries from
  * mr_symbols_count. `file` and `all` must stay valid as long as `symbols` is used. Errors as

@@ -19,7 +19,7 @@ fits() { # by a clock that passes 30 times as fast
 }
 goes_on() {
     cat "$tmp/goes.txt"
-    grep -Eq '^matrig: fit: running for [1-9][0-9]* s: round [0-9]+ is at [0-9]+ of [0-9]+ data sets; fewer --draws would be quicker$' "$tmp/goes.txt"
+    grep -Eq '^matrig: fit: running for [1-9][0-9]* s: round [0-9]+: [0-9]+ of [0-9]+ data sets done; fewer --draws would be quicker$' "$tmp/goes.txt"
 }
 holds_truth() { between "$(fitted low)" 10.0 "$(fitted high)"; }
 narrows_prior() { between 0 "$(fitted error_of_prior)" 0.7; }

@@ -61,7 +61,7 @@ no_line_end() { # what never ends and never is a line
     timeout -k 60 250 $matrig log --can file:/dev/zero --db "$tmp/zero.db" >/dev/null 2>"$tmp/zero.err"
     local status=$?
     cat "$tmp/zero.err"
-    [ $status = 4 ] && grep -q '^matrig: no end of line in [0-9]* bytes: file:/dev/zero; ' "$tmp/zero.err"
+    [ $status = 4 ] && grep -q '^matrig: the file has no end of line in [0-9]* bytes: file:/dev/zero; ' "$tmp/zero.err"
 }
 needs() { readelf -d "$1" | sed -n 's/.*(NEEDED).*\[\(lib[a-z]*\).*/\1/p'; }
 libraries_apart() {

@@ -204,7 +204,7 @@ hung() {
     wait $sender
     cat "$tmp/hung.err"
     echo "exit $status after $((SECONDS - from)) s"
-    [ $status = 3 ] && told hung "^matrig: the disk has accepted no data for 1[0-9] s: $dbs/hung.db; the newest [0-9]+ CAN frames and [0-9]+ serial bytes are not saved"
+    [ $status = 3 ] && told hung "^matrig: the disk has accepted no data for 1[0-9] s: $dbs/hung.db; check the disk; the newest [0-9]+ CAN frames and [0-9]+ serial bytes are not saved"
 }
 
 # The campaign is taken away: told, saved beside, gone on with; the exit code says so, and nothing of anybody's is overwritten.

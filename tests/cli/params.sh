@@ -79,7 +79,7 @@ while IFS='|' read -r name code pattern json; do
 done <<'J'
 misspelt reading|4|weigth_lb|{"pull": {"weigth_lb": 3}}
 negative reading|4|not a reading: .*pull.weight_lb; give a number above 0|{"pull": {"weight_lb": -3, "pull_lb": 1}}
-a moment without turning|4|reaches zero moment at -4.0|{"hinge": {"angle_deg": [1, 2, 3, 4], "moment_ft_lb": [500, 601, 700, 799]}}
+a moment without turning|4|has zero moment at -4.0|{"hinge": {"angle_deg": [1, 2, 3, 4], "moment_ft_lb": [500, 601, 700, 799]}}
 too few points|5|too few points|{"hinge": {"angle_deg": [1, 2], "moment_ft_lb": [3, 4]}}
 lists of different lengths|4|3 and 2|{"hinge": {"angle_deg": [1, 2, 3], "moment_ft_lb": [3, 4]}}
 no JSON|4|line [12] column|{

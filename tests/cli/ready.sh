@@ -211,7 +211,7 @@ swapped_switches() {
     wait
     cat "$tmp/ready.txt"
     [ $status = 1 ] && grep -Eq '^NO-GO +switch 7 +responded in the place of number 8' "$tmp/ready.txt" && grep -Eq '^NO-GO +switch 8 +responded in the place of number 7' "$tmp/ready.txt" && [ "$(grep -c '^NO-GO ' "$tmp/ready.txt")" = 3 ] &&
-        grep -Eq '^switch 8 \(32\.5 ft\): step of 7[12]\.[0-9] codes, configured 72$' "$tmp/ready.txt"
+        grep -Eq '^switch 8 \(32\.5 ft\): step of 7[12]\.[0-9] codes, configured step 72$' "$tmp/ready.txt"
 }
 a_walk_is_no_landing() { # what the board said on CAN meanwhile: edges, but no landing, no record in the black box
     build/matrig --quiet log --all --can "file:$tmp/walk.log" --db "$tmp/walklog.db" >"$tmp/log.txt" 2>&1

@@ -175,7 +175,7 @@ begins_again() { # CAUSE SECONDS FAULT...
     rm -f "$db"
     printf '%s\n' 'matrig-faults 1' "$@" >"$tmp/again.faults"
     record tests/runs/landing5.run --for "$for_s" --faults "$tmp/again.faults" && grep 'resets 1,' "$tmp/board.err" || return 1
-    grep "^  restart  *the board restarted ($cause): the record ends after " "$tmp/log.txt" || return 1
+    grep "^  restart  *the board restarted ($cause), so the record ends after " "$tmp/log.txt" || return 1
     $matrig --json --quiet replay "$db" 1 >"$tmp/again.json"
     echo "exit $?"
     in_json "$tmp/again.json" first

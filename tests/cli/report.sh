@@ -30,7 +30,7 @@ added_up() { # as matrig show has it; a page of one landing adds nothing up
 import json, re, sys
 w = json.load(open(sys.argv[1]))["record"]["warnings"]
 section = open(sys.argv[2]).read().split('<section id="record">')[1].split("</section>")[0]
-rows = re.findall(r"<tr><td[^>]*>(\d+)</td>(.*?)</tr>", section)
+rows = re.findall(r"<tr><td[^>]*>(?:<a [^>]*>)?(\d+)(?:</a>)?</td>(.*?)</tr>", section)
 said = [re.sub("<[^>]*>", "|", cells) for _, cells in rows]
 print(w, *said, sep="\n")
 assert "Warnings and their outcome" in section and len(rows) == 3
@@ -100,7 +100,7 @@ voided() {
         fails_with 2 'RUN 2 is void' $matrig report "$tmp/v.db" --run 2 -o "$tmp/v.html"
 }
 silly() {
-    fails_with 2 'not a RUN: .x. for --run' $matrig report "$db" --run x && fails_with 2 'whole number' $matrig report "$db" --run 1.5 &&
+    fails_with 2 'not a RUN: .x. for --run' $matrig report "$db" --run x && fails_with 2 'not a RUN: .1.5. for --run' $matrig report "$db" --run 1.5 &&
         fails_with 2 '\-\-run' $matrig report "$db" --run 0 && fails_with 2 'RUN 9' $matrig report "$db" --run 9
 }
 # Nothing in a page depends on when it was made, but for what says so.

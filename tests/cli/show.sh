@@ -109,7 +109,7 @@ check "a landing that does not count" voided
 logged_twice() {
     cp "$db" "$tmp/twice.db" && $matrig log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/twice.db" 2>&1 >/dev/null | grep 'RUN 2 is the same landing as RUN 1: .*matrig landing .*twice.db 2 --void' &&
         $matrig --json --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/third.db" | grep -q '"same_as":null' && $matrig --json --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/third.db" | grep -q '"same_as":1' &&
-        show "$tmp/twice.db" | grep -q 'the same landing as RUN 1$' && show "$tmp/twice.db" 2 | grep -q 'the same landing as RUN 1$' && ! show "$tmp/twice.db" 1 | grep 'the same landing'
+        show "$tmp/twice.db" | grep -q 'the same landing as RUN 1$' && show "$tmp/twice.db" 2 | grep -q 'RUN 1 is the same landing$' && ! show "$tmp/twice.db" 1 | grep 'the same landing'
 }
 check "one that is logged twice" logged_twice
 imported_twice() { # the log of one link of it, and another instrument's readings of it

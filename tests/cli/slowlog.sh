@@ -31,7 +31,7 @@ a_landing_has_its_temperature() { # in its summary and its rows
     build/matrig-board --elf $elf --can "file:$tmp/can2" --serial "file:$tmp/serial2" --rig tests/runs/landing5.run --temperature -3.2 --for 9.4 &&
         build/matrig --quiet log --all --can "file:$tmp/can2" --serial "file:$tmp/serial2" --db "$tmp/landing.db" >"$tmp/log.txt" || return 1
     grep temperature "$tmp/log.txt"
-    grep -q '  temperature   -3\.19 +- 0\.58 C' "$tmp/log.txt" &&
+    grep -q '  temperature   -3\.19 +- 0\.58 °C' "$tmp/log.txt" &&
         [ "$(sqlite3 "$tmp/landing.db" "select count(*) >= 5, min(links), max(temperature_c) from temperatures where landing = 1")" = "1|2|-3.1875" ] # serial is the record
 }
 

@@ -93,7 +93,7 @@ profile_is_sorted() { awk '/^by function/ { on = 1; next } on && $1 ~ /^[0-9]+$/
 refusals() {
     fails_with 3 "--vcd: cannot write .*; give a different file" build/matrig-board --elf $elf --vcd /nowhere/x --for 1 &&
         fails_with 3 "--profile: cannot write .*; give a different file" build/matrig-board --elf $elf --profile /nowhere/x --for 1 &&
-        fails_with 2 "--vcd and --profile are both" build/matrig-board --elf $elf --profile "$tmp/z" --vcd "$tmp/z" --for 1 || return 1
+        fails_with 2 "--vcd and --profile have the same file" build/matrig-board --elf $elf --profile "$tmp/z" --vcd "$tmp/z" --for 1 || return 1
     build/matrig-board --elf $elf --vcd /dev/full --for 1 2>"$tmp/full.err"
     local status=$?
     cat "$tmp/full.err"

@@ -142,7 +142,8 @@ TEST(wrong_lengths_and_ranges_are_named)
             "u_mats[0] is 6; give a whole number from 1 to 5 (N)");
     refused("{\"N\": 5, \"u_mats\": [1.5]}", MR_MALFORMED, "u_mats[0]");
     refused("{\"N\": 5, \"v0_mat\": 6}", MR_MALFORMED, "v0_mat");
-    refused("{\"N\": 5, \"bump\": [1, 1, 1]}", MR_MALFORMED, "bump ends at node 7; give values up to node 6");
+    refused("{\"N\": 5, \"bump\": [1, 1, 1]}", MR_MALFORMED,
+            "bump ends at node 7; give values up to node 6");
     refused("{\"tend\": 1, \"t_out\": [0.5, 1.5]}", MR_MALFORMED, "t_out[1]");
     refused("{\"Vac\": 0}", MR_MALFORMED, "tend");
     refused("{\"path\": []}", MR_MALFORMED, "path");
