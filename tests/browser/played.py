@@ -37,7 +37,7 @@ def main(db):
     print("`make demo` plays synthetic landings on the emulated board. `make pictures` generates this page.\n")
     print("Advice before landing 5 for a plan of %.1f ft/s and %.1f ft/s²: **%s**. The probability that the wheel reaches a zone of 50 closed mats is %.0f %% (95 %% interval: %.0f to %.0f %%); the limit\n"
           "is %.0f %%. At this speed, braking up to %.1f ft/s² keeps the probability below the limit.\n" % (speed, planned, advice[0], 100 * p, 100 * low, 100 * high, 100 * limit, hardest))
-    print("| Landing | Touchdown speed (ft/s) | Mean deceleration (ft/s²) | Warning (s after touchdown) | True time at which the wheel reaches 50 closed mats (s) | True lead (s) | Longest true zone ahead (mats) |")
+    print("| Landing | Touchdown speed (ft/s) | Mean deceleration (ft/s²) | Warning (s after touchdown) | Wheel truly reaches 50 closed mats (s after touchdown) | True lead (s) | Longest true zone ahead (mats) |")
     print("|---|--:|--:|--:|--:|--:|--:|")
     for row in campaign["landings"]:
         landing, one = row["landing"], answer(db, str(row["run"]))
@@ -48,7 +48,7 @@ def main(db):
             one["mean_deceleration_error_ft_s2"], "none" if warned is None else "%.2f" % warned, "never" if at_s is None else "%.2f" % at_s,
             "" if warned is None or at_s is None else "%.2f" % (at_s - warned), mats))
     w = campaign["record"]["warnings"]
-    print("\n± is one standard error. Outcomes according to survey and transducers only (`matrig show`): %d warning in time, %d too late, %d missing, %d false; %d landings correctly quiet." % (
+    print("\n± is one standard error. Outcomes, determined from survey and transducers only (`matrig show`): %d warning in time, %d too late, %d missing, %d false; %d landings correctly quiet." % (
         w["hits"], w["late"], w["misses"], w["false"], w["silences"]))
 
 
