@@ -26,7 +26,7 @@ In 1973 these series buckled: standard in landing 5, grit in 4, cleats in 8, sti
 bands, the mat moved several times as far as with bands (report, 4.2 to 5.6). These outcomes are for comparison only, because the thrust, ground and mats of 1973 are
 unknown.
 
-In the [demo](demo.md), the probability for standard-5 is lower, because `advise` gets a different plan, different landings and different surveys there.
+The [demo](demo.md) has a lower probability for standard-5, because plan, landings and surveys differ.
 
 """
 
