@@ -916,8 +916,8 @@ static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {16.07f, 17.60f, 2
 /* Factors by which the errors above are multiplied at each level. They are 1 for the levels TWO and
  * FOUR, larger for the levels without the chain model (tests/score/README.md). */
 #define LEVEL_COUNT (MR_PREDICTOR_KINEMATIC + 1)
-static const float start_error_factor[LEVEL_COUNT] = {1.0f, 1.0f, 1.0f, 1.2f, 1.7f},
-                   end_error_factor[LEVEL_COUNT] = {1.0f, 1.0f, 1.0f, 1.2f, 2.0f};
+static const float start_error_factor_by_level[LEVEL_COUNT] = {1.0f, 1.0f, 1.0f, 1.2f, 1.7f},
+                   end_error_factor_by_level[LEVEL_COUNT] = {1.0f, 1.0f, 1.0f, 1.2f, 2.0f};
 
 static uint8_t classify_end(const struct mr_predictor *p, const struct mr_predictor_zone *zone)
 {
@@ -942,9 +942,9 @@ static void set_zone_errors(const struct mr_predictor *p, struct mr_predictor_zo
     float mat_ft = p->config.chain.mat_length_ft;
     zone->start_error_class = (uint8_t)(surveyed + between + ahead);
     zone->end_error_class = (uint8_t)(surveyed + classify_end(p, zone));
-    zone->start_error_ft = mat_ft * start_error_factor[zone->level] *
+    zone->start_error_ft = mat_ft * start_error_factor_by_level[zone->level] *
                            start_error_mats[zone->start_error_class];
-    zone->end_error_ft = mat_ft * end_error_factor[zone->level] *
+    zone->end_error_ft = mat_ft * end_error_factor_by_level[zone->level] *
                          end_error_mats[zone->end_error_class];
 }
 

@@ -288,7 +288,7 @@ static enum mr_status execute_config_apply(struct app *app, const struct mr_comm
 
 /* Changes to a new CAN base after the answer was sent, so that the answer uses the base of the
  * command. */
-static void apply_can_base(struct app *app)
+static void follow_configured_can_base(struct app *app)
 {
     if (app->can_base == config.site[0].can_base)
         return;
@@ -385,7 +385,7 @@ static enum mr_status execute_key(struct app *app, const struct mr_command *comm
 {
     if (blackbox_has_memory(&app->box) && !blackbox_is_idle(&app->box))
         return MR_WAIT; /* not ready: the black box may be erasing for minutes */
-    enum mr_status status = keystore_execute(&app->keystore, command);
+    enum mr_status status = keystore_process_command(&app->keystore, command);
     /* the answer follows when the key has been written */
     return status == MR_OK ? NO_ANSWER : status;
 }
@@ -463,7 +463,7 @@ static enum mr_status handle_command(struct app *app, const uint8_t *payload, si
     if (status != NO_ANSWER)
         TELEMETRY_SEND(&app->telemetry, TO_RECORD, ack, ACK, .code = command.code,
                        .status = (int8_t)status, .tag = command.tag, .block = app->next_index);
-    apply_can_base(app);
+    follow_configured_can_base(app);
     return MR_OK;
 }
 
@@ -577,8 +577,8 @@ static void process_block(struct app *app, const struct mr_block *block)
     landinglink_send_changes(&app->telemetry, &app->landing, &changes, block->index);
     camera_on_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick,
                     block->tick + LANDING_BLOCK_EDGE_TICKS);
-    braking_on_block(&app->braking, &app->telemetry, &app->landing, block->index,
-                     block->tick + LANDING_BLOCK_EDGE_TICKS);
+    braking_process_block(&app->braking, &app->telemetry, &app->landing, block->index,
+                          block->tick + LANDING_BLOCK_EDGE_TICKS);
     boxlink_on_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
     if (recording)
         baseline_update(&app->baseline, app->displacement_in[row],

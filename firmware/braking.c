@@ -14,8 +14,8 @@ static void report_pulses(struct telemetry *telemetry, uint16_t number, uint32_t
                    .block16 = (uint16_t)index);
 }
 
-void braking_on_block(struct braking *braking, struct telemetry *telemetry, struct landing *landing,
-                      uint32_t index, uint32_t until_tick)
+void braking_process_block(struct braking *braking, struct telemetry *telemetry,
+                           struct landing *landing, uint32_t index, uint32_t until_tick)
 {
     bool recording = landing_is_recording(landing);
     uint32_t ticks[PULSES_PER_BLOCK];

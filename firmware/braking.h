@@ -19,7 +19,7 @@ struct braking {
 void braking_arm(struct braking *braking);
 /* Call in each block, after landing_on_block. `until_tick`: captures up to this tick belong to the
  * block. */
-void braking_on_block(struct braking *braking, struct telemetry *telemetry, struct landing *landing,
-                      uint32_t index, uint32_t until_tick);
+void braking_process_block(struct braking *braking, struct telemetry *telemetry,
+                           struct landing *landing, uint32_t index, uint32_t until_tick);
 
 #endif

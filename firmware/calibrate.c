@@ -199,7 +199,7 @@ static void end_phase(struct calibrate *calibrate)
         if (compute_mean_spread(mean) > MOVEMENT_MAX_LB)
             calibrate->moved_gages |= 1u << g;
         if (calibrate->phase == PHASE_SHUNTED) {
-            calibrate->shunted_lb[g] = lb;
+            calibrate->shunt_reading_lb[g] = lb;
         } else if (calibrate->phase == PHASE_REST) {
             calibrate->rest_lb[g] = lb;
             calibrate->noise_lb[g] = compute_standard_deviation(mean);
@@ -232,7 +232,7 @@ static enum verdict check_span(const struct calibrate *calibrate, unsigned g, fl
 
 static void report_gage(struct calibrate *calibrate, struct telemetry *telemetry, unsigned g)
 {
-    float span_lb = calibrate->shunted_lb[g] - calibrate->rest_lb[g];
+    float span_lb = calibrate->shunt_reading_lb[g] - calibrate->rest_lb[g];
     enum verdict verdict = check_span(calibrate, g, span_lb);
     bool known = verdict == VERDICT_GOOD || verdict == VERDICT_WRONG;
     if (verdict == VERDICT_NOT_VALID)

@@ -41,7 +41,7 @@ struct calibrate {
     unsigned block_count;             /* number of blocks processed in this phase */
     uint32_t invalid_channels;        /* one bit per channel: not valid in at least one block */
     struct calibrate_mean mean[MR_CHANNELS];
-    float rest_lb[MR_GAGES], shunted_lb[MR_GAGES],
+    float rest_lb[MR_GAGES], shunt_reading_lb[MR_GAGES],
         noise_lb[MR_GAGES]; /* results of completed phases */
     uint32_t moved_gages;   /* bit mask of gages that moved */
     uint16_t number;        /* number of shunt calibrations since reset */

@@ -301,7 +301,7 @@ void keystore_put_word(struct keystore *store, const uint8_t *payload, size_t le
     mr_put_u32(store->staged_key + 4u * word.index, word.value);
 }
 
-enum mr_status keystore_execute(struct keystore *store, const struct mr_command *command)
+enum mr_status keystore_process_command(struct keystore *store, const struct mr_command *command)
 {
     bool set = command->code == MR_COMMAND_KEY_SET;
     if (store->state == MR_KEY_NO_MEMORY)

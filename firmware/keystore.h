@@ -57,7 +57,7 @@ bool keystore_is_writing(const struct keystore *store);
 /* Stages a word of a new key. */
 void keystore_put_word(struct keystore *store, const uint8_t *payload, size_t length);
 /* Executes key-set and key-clear. MR_OK: begun; keystore_get_answer returns the result later. */
-enum mr_status keystore_execute(struct keystore *store, const struct mr_command *command);
+enum mr_status keystore_process_command(struct keystore *store, const struct mr_command *command);
 /* Returns the result of a finished key-set or key-clear, once. */
 bool keystore_get_answer(struct keystore *store, struct mr_ack *answer);
 

@@ -330,10 +330,9 @@ static void print_help(void)
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++)
         print_item(options[i].name, options[i].value, options[i].help);
     print_item("--version", "", "print the version and exit");
-    puts("Virtual time starts when a program has connected to every link of type unix and, with\n"
-         "--gdb, gdb has connected; the board waits at most 30 s. With --speed max, virtual time\n"
-         "also waits, for at most 30 s, until a program has kept a link of type pty open for 50 "
-         "ms.\n"
+    puts("The board starts when each link of type unix has a connection and, with --gdb, gdb has\n"
+         "connected; with --speed max, also when a link of type pty has been open for 50 ms. The\n"
+         "board waits for each of these at most 30 s.\n"
          "Exit: 0 ok, 2 usage, 3 link, board or firmware failed, 4 malformed or truncated input.");
 }
 

@@ -53,7 +53,7 @@ static tlb_fill_function *library_tlb_fill;
 static set_dirty_function *library_set_dirty;
 static flush_function *library_flush;
 static restore_function *library_restore;
-static restore_to_function *library_restore_to;
+static restore_to_function *library_restore_state_to_opc;
 static loop_exit_function *library_loop_exit;
 /* translator of the board that this thread runs */
 static _Thread_local struct hil_translator *running_translator;
@@ -93,7 +93,7 @@ void hil_translator_start(struct hil_translator *translator)
     *(void **)&library_set_dirty = dlsym(RTLD_NEXT, "tlb_set_dirty_arm");
     *(void **)&library_flush = dlsym(RTLD_NEXT, "tlb_flush_arm");
     *(void **)&library_restore = dlsym(RTLD_NEXT, "cpu_restore_state_arm");
-    *(void **)&library_restore_to = dlsym(RTLD_NEXT, "restore_state_to_opc_arm");
+    *(void **)&library_restore_state_to_opc = dlsym(RTLD_NEXT, "restore_state_to_opc_arm");
     *(void **)&library_loop_exit = dlsym(RTLD_NEXT, "cpu_loop_exit_restore_arm");
 #define FIND_LIBRARY_FUNCTION(type, name) *(void **)&library_##name = dlsym(RTLD_NEXT, #name);
     LOADS(FIND_LIBRARY_FUNCTION)
@@ -129,7 +129,7 @@ bool hil_translator_find_instruction(const struct hil_translator *translator, ui
      * one */
     if (running_translator != translator || !translator->access.code_address ||
         !translator->cpu_state || address - translator->access.address >= 8u || !library_restore ||
-        !library_restore_to)
+        !library_restore_state_to_opc)
         return false;
     found_instruction = place;
     bool found = library_restore(translator->cpu_state, translator->access.code_address, false);
@@ -184,7 +184,7 @@ void restore_state_to_opc_arm(struct CPUARMState *state, struct TranslationBlock
     if (found_instruction)
         *found_instruction = (struct hil_instruction){data[0], data[1]};
     else
-        library_restore_to(state, block, data);
+        library_restore_state_to_opc(state, block, data);
 }
 
 /* Records an access and returns the access in progress: an unaligned access calls this again for

@@ -275,7 +275,8 @@ void hil_flash_interrupt_operation(struct hil_flash_device *dev)
     uint64_t done_ps = now_ps < flash->end_ps ? now_ps - flash->begin_ps
                                               : flash->end_ps - flash->begin_ps;
     unsigned permille = (unsigned)(done_ps * 1000u / (flash->end_ps - flash->begin_ps));
-    hil_trace(dev->core, "flash: operation %llu was interrupted after %u / 1000 of its time",
+    hil_trace(dev->core,
+              "flash: operation %llu was interrupted after %u thousandths of its duration",
               (unsigned long long)flash->operation_count, permille);
     change_cells_partly(dev, permille);
     stop_operation(dev);
@@ -308,7 +309,8 @@ void hil_flash_reset(struct hil_flash_device *dev)
     dev->core->state.bank.stale_sectors = 0;
     if ((flash->option_bytes & OPTIONS_FIXED) != OPTIONS_FIXED)
         hil_core_stop(dev->core, MR_UNMODELLED,
-                      "unmodelled option bytes 0x%08x: hardware watchdog or write protection",
+                      "option bytes 0x%08x turn on the hardware watchdog or write protection, "
+                      "which are not modelled",
                       (unsigned)flash->option_bytes);
     update_irq(dev);
 }

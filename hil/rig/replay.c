@@ -294,7 +294,7 @@ static enum mr_status read_command(struct hil_text_file *r, struct hil_replay *r
                &command.message.argument, &end) != 5 ||
         text[end] || (count && command.block < replay->commands[count - 1].block))
         return refuse_file(
-            r, "expected `command <block> <code> <index> <tag> <argument>`, in order of time");
+            r, "expected `command <block> <code> <index> <tag> <argument>`, with blocks in order");
     replay->commands = hil_array_grow(replay->commands, count, sizeof command);
     replay->commands[replay->command_count++] = command;
     return MR_OK;

@@ -257,10 +257,10 @@ enum mr_status hil_run_read(const char *path, struct hil_run *run, char *error, 
         status = read_line(&r, run, line);
     if (status == MR_OK &&
         (run->duration_s <= 0.0 || !run->samples || run->switch_count != HIL_RUN_SWITCHES))
-        status = refuse_file(&r,
-                             "the run is incomplete: %s duration_s, %s samples, %u of %u switches",
-                             run->duration_s > 0.0 ? "a" : "no", run->samples ? "its" : "no",
-                             run->switch_count, HIL_RUN_SWITCHES);
+        status = refuse_file(
+            &r, "the run is incomplete: it has %s duration_s, %s samples and %u of %u switches",
+            run->duration_s > 0.0 ? "a" : "no", run->samples ? "its" : "no", run->switch_count,
+            HIL_RUN_SWITCHES);
     free(r.bytes);
     if (status != MR_OK)
         hil_run_free(run);

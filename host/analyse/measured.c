@@ -87,7 +87,7 @@ static bool is_in_gap(const struct measured_landing *measured, double t_s)
  * a switch is beyond the last switch with an edge, and according to the fit the gear passed it
  * during a gap. A gap distorts the fit, so switches up to 3 standard errors beyond the stop are
  * included. */
-static unsigned find_switch_in_gap(const struct measured_landing *measured)
+static unsigned find_switch_in_data_gap(const struct measured_landing *measured)
 {
     const struct mr_estimate *stop = &measured->summary.stop_station_ft;
     double last_ft = measured->gate_count ? measured->gate[measured->gate_count - 1].station_ft
@@ -172,10 +172,11 @@ void measured_fit_gear_motion(struct measured_landing *measured)
     /* If the computed stop is after the end of the record, it is only extrapolated and does not
      * count as measured. The same applies if the last edges are missing: the fitted gear then rolls
      * too far. */
-    measured->switch_in_gap = measured->has_board_result ? 0 : find_switch_in_gap(measured);
+    measured->switch_in_data_gap = measured->has_board_result ? 0
+                                                              : find_switch_in_data_gap(measured);
     measured->unopened_switch = record_ends_before_stop(measured) ? 0
                                                                   : find_unopened_switch(measured);
-    if (measured->missing_edges > 0 || measured->switch_in_gap > 0 ||
+    if (measured->missing_edges > 0 || measured->switch_in_data_gap > 0 ||
         measured->unopened_switch > 0 || record_ends_before_stop(measured))
         measured->fit_status = MR_TRUNCATED;
 }
@@ -205,10 +206,10 @@ void measured_format_unknown_stop(const struct measured_landing *measured,
         snprintf(out, MEASURED_REASON_SIZE,
                  "%zu of the %zu switch edges that the board reported are missing in the record",
                  measured->missing_edges, measured->gate_count + measured->missing_edges);
-    else if (measured->switch_in_gap > 0)
+    else if (measured->switch_in_data_gap > 0)
         snprintf(out, MEASURED_REASON_SIZE,
                  "data is missing at the time when the gear passed switch %u",
-                 measured->switch_in_gap);
+                 measured->switch_in_data_gap);
     else if (measured->unopened_switch > 0)
         snprintf(out, MEASURED_REASON_SIZE,
                  "switch %u and later ones did not open, though the gear passed them",

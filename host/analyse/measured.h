@@ -115,7 +115,7 @@ struct measured_landing {
     bool has_board_result;
     /* without the board's result: a switch that the gear should have passed during a gap in the
      * record; 0: none */
-    unsigned switch_in_gap;
+    unsigned switch_in_data_gap;
     /* first of several switches before the computed stop that never opened; 0: none */
     unsigned unopened_switch;
     /* Status of the summary. MR_OK: there is a summary. MR_TRUNCATED: the record ends while the

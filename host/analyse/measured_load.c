@@ -347,7 +347,8 @@ static void fill_sample(struct measured_channel *channel, size_t i, float value,
     channel->validity[i] = isnan(value) ? MEASURED_INVALID : MR_VALID;
 }
 
-static void fill_from_message(struct measured_landing *measured, const struct message *message)
+static void fill_series_from_message(struct measured_landing *measured,
+                                     const struct message *message)
 {
     const struct mr_series *series = mr_series_at(message->pack->series);
     float values[MR_PACK_READINGS];
@@ -449,7 +450,7 @@ static enum mr_status load_board_series(struct store *store, struct series_data 
     if (record->block_count)
         decode_blocks(measured, record);
     for (size_t i = 0; i < record->message_count; i++)
-        fill_from_message(measured, &record->message[i]);
+        fill_series_from_message(measured, &record->message[i]);
     return messages ? apply_stuck_events(store, measured, error) : MR_OK;
 }
 

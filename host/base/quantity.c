@@ -318,8 +318,7 @@ static void write_advice(const char *unit, const char *bare, struct quantity_err
                  (int)(last - units), units, last + 1, *bare ? ", or no unit for " : "", bare,
                  kind->note ? "; " : "", kind->note ? kind->note : "");
     else
-        snprintf(wrong->advice, sizeof wrong->advice, "write the number without a unit, in %s",
-                 bare);
+        snprintf(wrong->advice, sizeof wrong->advice, "write the number alone; it is in %s", bare);
 }
 
 static bool refuse_quantity(struct quantity_error *wrong, const char *what, const char *unit,

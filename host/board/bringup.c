@@ -203,16 +203,16 @@ static enum mr_status set_silence_error(const struct receiver *l, const struct l
         return error_set(error, MR_TRUNCATED,
                          "bring-up: the output stopped in section %s after %zu bytes: %s; check "
                          "cable and supply, reset the board and try again",
-                         section, l->received_byte_count, link_spec(link));
+                         section, l->received_byte_count, link_get_spec(link));
     if (has_received_text(l))
         return error_set(error, MR_TIMEOUT,
                          "the board sent %zu bytes, but they do not answer `%s`: %s; check the "
                          "cable, reset the board and try again",
-                         l->received_byte_count, section, link_spec(link));
+                         l->received_byte_count, section, link_get_spec(link));
     return error_set(error, MR_TIMEOUT,
                      "no bring-up image answered at %d baud (%zu bytes received): %s; flash the "
                      "bring-up image as described in docs/howto/bring-up.md",
-                     BRINGUP_BAUD, l->received_byte_count, link_spec(link));
+                     BRINGUP_BAUD, l->received_byte_count, link_get_spec(link));
 }
 
 static enum mr_status receive_text(struct receiver *l, struct link *link, struct error *error)
@@ -287,8 +287,9 @@ static bool has_timed_out(const struct receiver *l)
 }
 
 /* Waits for the complete section, or, if `section` is NULL, for the line `answer`. */
-static enum mr_status wait_for_section(struct receiver *l, struct link *link, const char *section,
-                                       const char *answer, const char **from, struct error *error)
+static enum mr_status wait_for_bringup_section(struct receiver *l, struct link *link,
+                                               const char *section, const char *answer,
+                                               const char **from, struct error *error)
 {
     const char *asked = section ? section : "rom";
     for (;;) {
@@ -300,7 +301,7 @@ static enum mr_status wait_for_section(struct receiver *l, struct link *link, co
             return error_set(error, MR_NOT_NOW,
                              "the boot ROM of this board cannot be reached on this port: %s; flash "
                              "the board as described in docs/howto/flash.md",
-                             link_spec(link));
+                             link_get_spec(link));
         if (status == MR_CLOSED && link_is_from_recording(link))
             return find_line(l->text, "begin ")
                      /* return an incomplete section too: bringup_parse reports what is missing */
@@ -308,12 +309,12 @@ static enum mr_status wait_for_section(struct receiver *l, struct link *link, co
                      : error_set(error, MR_MALFORMED,
                                  "the file contains no output of a bring-up image: %s; give the "
                                  "file that the terminal program saved",
-                                 link_spec(link));
+                                 link_get_spec(link));
         if (status == MR_CLOSED)
             return error_set(
                 error, MR_CLOSED,
                 "the board closed the link: %s; check the cable, reset the board and try again",
-                link_spec(link));
+                link_get_spec(link));
         if (status == MR_OK)
             status = resend_if_due(l, link, asked, error);
         if (status != MR_OK)
@@ -332,7 +333,7 @@ static enum mr_status request_section(struct receiver *l, struct link *link, con
     l->started_s = l->received_s = monotonic_s();
     l->sent_s = l->started_s - RESEND_INTERVAL_S;
     l->received_s -= RESEND_INTERVAL_S; /* send the first word at once */
-    return status ?: wait_for_section(l, link, section, answer, from, error);
+    return status ?: wait_for_bringup_section(l, link, section, answer, from, error);
 }
 
 enum mr_status bringup_request(struct bringup *b, struct link *link, const char *section,

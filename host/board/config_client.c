@@ -191,7 +191,8 @@ enum mr_status config_client_begin_and_get(struct config_client *client, struct 
     return status ?: config_client_get(client, config, crc, error);
 }
 
-enum mr_status config_client_set_live(struct dialogue *dialogue, int seconds, struct error *error)
+enum mr_status config_client_set_live_duration(struct dialogue *dialogue, int seconds,
+                                               struct error *error)
 {
     return dialogue_execute(
         dialogue,

@@ -59,7 +59,8 @@ enum mr_status config_client_begin_and_get(struct config_client *client, struct 
                                            struct mr_config *config, uint32_t *crc,
                                            struct error *error);
 /* Makes an idle board send edges and block records for `seconds`; 0: stops them. */
-enum mr_status config_client_set_live(struct dialogue *dialogue, int seconds, struct error *error);
+enum mr_status config_client_set_live_duration(struct dialogue *dialogue, int seconds,
+                                               struct error *error);
 /* Sends a configuration. MR_OK: it is active and stored in flash; on CAN the dialogue continues at
  * the new base. MR_LIMIT: refused, and `error` has the reason. MR_NOT_NOW: a landing is armed or in
  * progress. */

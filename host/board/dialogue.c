@@ -112,7 +112,8 @@ bool identity_is_running(const struct identity *identity, const struct mr_image 
                  (unsigned)identity->image_crc, (unsigned)image->program_crc, runs, file);
     else if (identity->header.header_crc != image->header_crc)
         snprintf(why, size,
-                 "the program is the same, but header or vectors differ (commit %s instead of %s)",
+                 "the program is that of the image, but the header or the interrupt vectors differ "
+                 "(commit %s instead of %s)",
                  runs, file);
     else
         return true;
@@ -179,7 +180,7 @@ struct link *dialogue_link(const struct dialogue *dialogue)
 
 const char *dialogue_spec(const struct dialogue *dialogue)
 {
-    return link_spec(dialogue_link(dialogue));
+    return link_get_spec(dialogue_link(dialogue));
 }
 
 double dialogue_now_s(const struct dialogue *dialogue)
@@ -293,7 +294,7 @@ static enum mr_status receive_waiting(struct dialogue *dialogue, struct pollfd r
         if (status == MR_CLOSED)
             return error_set(error, MR_CLOSED,
                              "the board closed the link: %s; check that the board is running",
-                             link_spec(link));
+                             link_get_spec(link));
         if (status != MR_OK && status != MR_TOO_FEW)
             return status;
         status = link_service(link, &away);

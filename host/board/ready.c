@@ -218,7 +218,8 @@ static void check_zeros(const struct ready_inputs *f, struct ready_report *repor
             report, READY_NOT_DONE, "gage zeros", NULL,
             "slacken the bands and run matrig board zero 2; configured zeros are valid only for "
             "trimmed bridges",
-            "%u of %u gages not measured since reset; their configured zeros are used, +- %s",
+            "the zeros of %u of %u gages were not measured since reset; the configured zeros are "
+            "used, +- %s",
             gages - measured, gages, unit_value_text(UNIT_TENSION, f->si, (double)worst_lb, 1, is));
 }
 
@@ -368,11 +369,11 @@ static void check_brown_out(const struct ready_inputs *f, struct ready_report *r
 {
     bool set = f->restarts.brown_out > 0;
     if (f->restarts_known)
-        ready_add_check(report, set ? READY_GO : READY_NOT_DONE, "brown-out reset", "on",
-                        "set the level once with the bring-up image (matrig board bringup "
-                        "brown-out), because the processor is unreliable below 2.7 V",
-                        set ? "below %s" : "%s, the factory setting",
-                        mr_brown_out_text(f->restarts.brown_out));
+        ready_add_check(
+            report, set ? READY_GO : READY_NOT_DONE, "brown-out reset", "on",
+            "set the brown-out level once with the bring-up image (matrig board bringup "
+            "brown-out), because the processor is unreliable below 2.7 V",
+            set ? "below %s" : "%s, the factory setting", mr_brown_out_text(f->restarts.brown_out));
 }
 
 /* ---- channels ---- */
@@ -739,13 +740,13 @@ static void check_can(const struct ready_inputs *f, struct ready_report *report)
 static void check_computer(const struct ready_inputs *f, struct ready_report *report)
 {
     char limit[40];
-    double wanted = READY_FREE_LANDINGS_MIN * f->landing_bytes;
+    double wanted = READY_FREE_LANDINGS_MIN * f->bytes_per_landing;
     snprintf(limit, sizeof limit, "%.0f MB: %.0f landings", wanted / BYTES_PER_MB,
              READY_FREE_LANDINGS_MIN);
     ready_add_check(report, verdict_if(f->free_bytes >= wanted), "disk", limit,
                     "free space on the disk of the campaign, or use a different disk",
                     "%.0f MB are free; a landing needs %.1f MB", f->free_bytes / BYTES_PER_MB,
-                    f->landing_bytes / BYTES_PER_MB);
+                    f->bytes_per_landing / BYTES_PER_MB);
     ready_add_check(report, verdict_if(!f->database_fault[0]), "database", NULL,
                     "check the access rights and the programs that write to the campaign, or begin "
                     "a new campaign",
@@ -778,10 +779,10 @@ void ready_check_all(const struct ready_inputs *f, struct ready_report *report)
     check_temperature(f, report);
     check_faults(f, report);
     check_can(f, report);
-    ready_add_check(report, verdict_if(!f->serial_lost_count && !f->serial_dropped_count), "serial",
-                    "none lost", "check the cable and the load of this computer",
-                    "%lld frames, %lld lost, %lld dropped by the board",
-                    (long long)f->serial_frame_count, (long long)f->serial_lost_count,
-                    (long long)f->serial_dropped_count);
+    ready_add_check(
+        report, verdict_if(!f->serial_lost_count && !f->serial_dropped_count), "serial",
+        "none lost", "check the cable and end other programs that keep this computer busy",
+        "%lld frames, %lld lost, %lld dropped by the board", (long long)f->serial_frame_count,
+        (long long)f->serial_lost_count, (long long)f->serial_dropped_count);
     check_computer(f, report);
 }

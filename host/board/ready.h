@@ -90,7 +90,7 @@ struct ready_inputs {
     struct certificates certificates; /* certificates of the board's sensors */
     char database_fault[200];         /* fault found in the database; "": none */
     bool database_checked;            /* all database pages were checked within the time limit */
-    double free_bytes, landing_bytes;
+    double free_bytes, bytes_per_landing;
 
     /* Facts about the board. */
     struct identity identity;

@@ -247,5 +247,5 @@ void walk_check_responses(const struct walk_test *walk, struct ready_report *rep
     if (walk->unexpected_event_count)
         ready_add_check(report, READY_NO_GO, "edges", NULL,
                         "compare the configured steps with the resistors, and check the contacts",
-                        "%u edges match no configured switch", walk->unexpected_event_count);
+                        "%u signal edges match no configured switch", walk->unexpected_event_count);
 }

@@ -91,7 +91,8 @@ static enum mr_status read_header(struct reader *r, const char *left, const char
     if (!first.is_known || !second.is_known || first.is_codes == second.is_codes)
         return refuse_points(r, MR_MALFORMED, "the first line has no column names", example);
     if (value.unit && value.unit->kind != r->kind)
-        return refuse_points(r, MR_MALFORMED, "the unit of the values is of the wrong kind",
+        return refuse_points(r, MR_MALFORMED,
+                             "the unit of the values does not belong to this channel",
                              get_kind_text(r->kind));
     r->points->unit = value.unit;
     r->points->are_codes_first = first.is_codes;

@@ -65,9 +65,10 @@ bool loss_tracker_apply_message_count(struct loss_tracker *loss_tracker,
 {
     unsigned place = mr_message_index(count->id);
     if (place >= MR_MESSAGE_COUNT || loss_tracker->is_time_unconfirmed ||
-        (loss_tracker->board_count_known[place] && count->count < loss_tracker->board_count[place]))
+        (loss_tracker->is_board_count_known[place] &&
+         count->count < loss_tracker->board_count[place]))
         return false;
-    if (loss_tracker->board_count_known[place] &&
+    if (loss_tracker->is_board_count_known[place] &&
         !is_can_frame_count_possible((int64_t)(count->count - loss_tracker->board_count[place]),
                                      loss_tracker->board_count_block[place],
                                      get_newest_block(loss_tracker)))
@@ -75,8 +76,8 @@ bool loss_tracker_apply_message_count(struct loss_tracker *loss_tracker,
     /* The board counts a message_count only after sending it, so the count in it excludes
      * itself. */
     int64_t received = loss_tracker->received_count[place] - (place == MR_INDEX_MESSAGE_COUNT);
-    if (loss_tracker->board_count_known[place] || loss_tracker->logged_since_start) {
-        bool known = loss_tracker->board_count_known[place];
+    if (loss_tracker->is_board_count_known[place] || loss_tracker->logged_since_start) {
+        bool known = loss_tracker->is_board_count_known[place];
         uint32_t sent = count->count - (known ? loss_tracker->board_count[place] : 0);
         int64_t missing = (int64_t)sent -
                           (received - (known ? loss_tracker->received_count_at_report[place] : 0));
@@ -85,7 +86,7 @@ bool loss_tracker_apply_message_count(struct loss_tracker *loss_tracker,
         else
             loss_tracker->repeated_count[place] -= missing;
     }
-    loss_tracker->board_count_known[place] = true;
+    loss_tracker->is_board_count_known[place] = true;
     loss_tracker->board_count[place] = count->count;
     loss_tracker->board_count_block[place] = get_newest_block(loss_tracker);
     loss_tracker->received_count_at_report[place] = received;
@@ -153,7 +154,7 @@ void loss_tracker_restart(struct loss_tracker *loss_tracker, bool whole)
     loss_tracker->logged_since_start = whole;
     loss_tracker->is_time_unconfirmed = false;
     memset(loss_tracker->received_count, 0, sizeof loss_tracker->received_count);
-    memset(loss_tracker->board_count_known, 0, sizeof loss_tracker->board_count_known);
+    memset(loss_tracker->is_board_count_known, 0, sizeof loss_tracker->is_board_count_known);
     loss_tracker_reset_series_steps(loss_tracker);
 }
 

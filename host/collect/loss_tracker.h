@@ -68,7 +68,7 @@ struct loss_tracker {
     bool logged_since_start;
     /* number of frames of each message received since the board started, or since logging began */
     int64_t received_count[MR_MESSAGE_COUNT];
-    bool board_count_known[MR_MESSAGE_COUNT];
+    bool is_board_count_known[MR_MESSAGE_COUNT];
     /* newest count of each message that the board reported */
     uint32_t board_count[MR_MESSAGE_COUNT];
     /* block at which that count arrived, according to the last can_health or serial frame */

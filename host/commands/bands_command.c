@@ -214,7 +214,7 @@ static void read_words(const char **words, struct request *request)
     if (drawn)
         d->area_ft2 = request->width_ft * request->thickness_ft;
     if (d->rows_per_connection != floor(d->rows_per_connection))
-        error_set(fatal, MR_USAGE, "not a whole number: every is %g; give a whole number of rows",
+        error_set(fatal, MR_USAGE, "not a whole number: every=%g; give a whole number of rows",
                   d->rows_per_connection);
 }
 

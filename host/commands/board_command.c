@@ -102,8 +102,8 @@ static void handle_page_part(struct box_client *client, const uint8_t *payload)
     }
 }
 
-static enum mr_status handle_box_message(void *context, const struct dialogue_message *message,
-                                         struct error *error)
+static enum mr_status handle_blackbox_message(void *context, const struct dialogue_message *message,
+                                              struct error *error)
 {
     struct box_client *client = context;
     struct mr_box_end end;
@@ -148,7 +148,7 @@ static void box_client_begin(struct box_client *client, struct dialogue *dialogu
     memset(client, 0, sizeof *client);
     client->dialogue = dialogue;
     client->half_page_number = UINT32_MAX;
-    dialogue_subscribe(dialogue, handle_box_message, client);
+    dialogue_subscribe(dialogue, handle_blackbox_message, client);
     dialogue_wait_for_hello(dialogue, NULL, NULL, fatal);
 }
 
@@ -813,7 +813,7 @@ static void check_options(struct request *r, const struct subcommand *subcommand
         {r->image != NULL, ALLOWS_IMAGE, "--image",
          "works only with matrig board without an action"},
         {r->out || r->force, ALLOWS_OUT, r->out ? "-o" : "--force",
-         "works only with runway and config"},
+         "works only with the actions runway and config"},
     };
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
         if (options[i].given && !(subcommand->options & options[i].option))

@@ -116,8 +116,10 @@ static void print_advice(struct answer *answer, const struct bringup_result *res
         const struct bringup_result *j = &results[i];
         if (!j->verdict)
             continue;
-        const char *what = !j->limit ? "unknown line; the image may have a different version"
-                                     : j->limit->advice;
+        const char *what =
+            !j->limit
+                ? "unknown line of the board's report; the bring-up image may be of another version"
+                : j->limit->advice;
         answer_add_sentence(answer, NULL, "%s: %s: %s%s%s%s", bringup_verdict_text(j->verdict),
                             j->name, what, j->limit && *j->limit->source ? " [" : "",
                             j->limit ? j->limit->source : "",

@@ -261,7 +261,7 @@ static void measure_point(const struct request *r, struct dialogue *dialogue, st
                           struct calibrate_point *point)
 {
     *g = (struct reading_sum){.reference = g->reference, .channel = g->channel};
-    config_client_set_live(dialogue, LIVE_DURATION_S, fatal);
+    config_client_set_live_duration(dialogue, LIVE_DURATION_S, fatal);
     dialogue_wait_until(dialogue, has_enough_readings, g, POINT_TIMEOUT_S, fatal);
     if (g->count < BLOCKS_PER_POINT)
         error_set(fatal, g->invalid_count ? MR_LIMIT : MR_TIMEOUT, "%s: %s; %s", r->channel_text,
@@ -337,7 +337,7 @@ static void guide_calibration(const struct request *r, struct dialogue *dialogue
             points->point[points->count++] = point;
     }
     struct error late = {0};
-    (void)config_client_set_live(dialogue, 0, &late);
+    (void)config_client_set_live_duration(dialogue, 0, &late);
 }
 
 /* Reads the active configuration of the board, and then the calibration points. */
@@ -620,7 +620,8 @@ static const struct command_part parts[] = {
         "apply the calibration of configuration C to all recorded landings of DB, to a series or "
         "to one landing. Readings are recomputed from the stored converter codes; the old "
         "calibration is "
-        "kept. --zeros also applies the zeros of the gages; default: zeros as measured"),
+        "kept. --zeros also applies the zeros of the gages in C; default: the measured zeros are "
+        "kept"),
     OPTION_FORCE(force),
     HELP_NOTE("Results are in inches and pounds, even with --si."),
     HELP_EXAMPLE("matrig calibrate d3 --serial serial:/dev/ttyUSB0 -o rig.cfg --sensor ET-17"),

@@ -194,7 +194,7 @@ static int live_command(int argc, char **argv, const struct cli *cli)
 
 #define OPTION_VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB", "campaign database that a running matrig log writes; opened read-only"),
+    HELP_ITEM("DB", "campaign database to which matrig log writes at present; opened read-only"),
     OPTION_TEXT("--port", "PORT", port,
                 "port of the page on 127.0.0.1; default: 8473; 0: any free port"),
     HELP_NOTE("--json prints the newest message of each kind as one object. This page is for "

@@ -182,8 +182,8 @@ static enum mr_status collect_data(struct logger *logger, int signals, double du
 static enum mr_status open_collector(struct logger *logger, struct error *error)
 {
     const struct link *can = logger->link[LINK_CAN], *serial = logger->link[LINK_SERIAL];
-    enum mr_status status = collector_open(logger->store, can ? link_spec(can) : NULL,
-                                           logger->can_base, serial ? link_spec(serial) : NULL,
+    enum mr_status status = collector_open(logger->store, can ? link_get_spec(can) : NULL,
+                                           logger->can_base, serial ? link_get_spec(serial) : NULL,
                                            &logger->collector, error);
     if (status == MR_OK &&
         !((can && link_is_from_recording(can)) || (serial && link_is_from_recording(serial))))

@@ -48,10 +48,10 @@ static struct store *open_campaign(const struct request *request, struct ready_i
         store_begin(store, &wrong) != MR_OK || store_commit(store, &wrong) != MR_OK)
         snprintf(f->database_fault, sizeof f->database_fault, "%.180s", wrong.text);
     wrong = (struct error){0};
-    f->landing_bytes = READY_DEFAULT_LANDING_BYTES;
+    f->bytes_per_landing = READY_DEFAULT_LANDING_BYTES;
     if (store_size_get(store, &bytes, &landings, &wrong) == MR_OK && landings > 0 &&
-        (double)bytes / (double)landings > f->landing_bytes)
-        f->landing_bytes = (double)bytes / (double)landings;
+        (double)bytes / (double)landings > f->bytes_per_landing)
+        f->bytes_per_landing = (double)bytes / (double)landings;
     if (statvfs(request->db, &disk) != 0)
         error_set(fatal, MR_IO,
                   "cannot determine the free space: %s; check that the disk is connected",
@@ -235,7 +235,7 @@ static enum mr_status run_walk(struct dialogue *dialogue, struct walk_session *w
     while (status == MR_OK && !walk_is_complete(&w->walk) && !interrupted &&
            monotonic_s() < until_s) {
         if (monotonic_s() >= renew_s || (int32_t)(w->newest_clock - renew_ms) >= 0) {
-            status = config_client_set_live(dialogue, LIVE_DURATION_S, error);
+            status = config_client_set_live_duration(dialogue, LIVE_DURATION_S, error);
             renew_s = monotonic_s() + LIVE_RENEWAL_INTERVAL_S;
             renew_ms = w->newest_clock + (uint32_t)(1000.0 * LIVE_RENEWAL_INTERVAL_S);
         }
@@ -246,7 +246,7 @@ static enum mr_status run_walk(struct dialogue *dialogue, struct walk_session *w
         *error = (struct error){0};
         return MR_OK;
     }
-    return status ?: config_client_set_live(dialogue, 0, error);
+    return status ?: config_client_set_live_duration(dialogue, 0, error);
 }
 
 static int run_walk_test(const struct request *request, struct ready_inputs *f)

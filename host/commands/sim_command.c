@@ -175,7 +175,7 @@ static const struct command_part parts[] = {
                   "tolerance of the solver; for model chain, the largest error estimate allowed, "
                   "as a share of the largest movement"),
     OPTION_NUMBER("--dt", "H", options.dt_s, "s", 1e-12, 1e6, 0.0,
-                  "time step of rk4 and staggered"),
+                  "time step of the solvers rk4 and staggered"),
     OPTION_TEXT("--csv", "F.csv", csv_path,
                 "write displacement and left-end height over time, for the mats in the scene key "
                 "u_mats; default: all"),

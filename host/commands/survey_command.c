@@ -861,9 +861,10 @@ static const struct command_part parts[] = {
     OPTION_INTEGER("--withdraw", "N", withdraw, 1.0, 1e9, 0.0,
                    "withdraw survey N, which is kept but no longer used; needs --reason. matrig "
                    "landing DB lists withdrawn surveys"),
-    OPTION_FLAG("--show", show,
-                "show opening and closing per ten mats, movement and in-plane bow of survey N "
-                "(default: the newest)"),
+    OPTION_FLAG(
+        "--show", show,
+        "show results of survey N: opening and closing of joints per ten mats, movement, bow "
+        "(default: the newest)"),
     OPTION_TEXT("--load", "LINK", load,
                 "send the openings to the board and read them back, over serial or CAN (a can: "
                 "link, or --can). Exit 1 when the board reports different values"),

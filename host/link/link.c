@@ -281,7 +281,7 @@ int link_fd(const struct link *link)
     return link->fd;
 }
 
-const char *link_spec(const struct link *link)
+const char *link_get_spec(const struct link *link)
 {
     return link->spec;
 }

@@ -82,7 +82,7 @@ uint16_t link_base(const struct link *link);
 void link_set_base(struct link *link, uint16_t base);
 
 int link_fd(const struct link *link);
-const char *link_spec(const struct link *link);
+const char *link_get_spec(const struct link *link);
 const struct link_counters *link_counters(const struct link *link);
 /* Returns the state of reading the log; only for file: links that carry CAN. */
 const struct candump_log *link_candump(const struct link *link);

@@ -552,7 +552,7 @@ enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t c
     if (!made)
         return error_set(error, MR_FULL,
                          "out of memory while opening link %s; close other programs",
-                         link_spec(link));
+                         link_get_spec(link));
     made->link = link;
     made->kind = kind;
     made->find_loss_cause = find_cause;
@@ -568,7 +568,7 @@ enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t c
     if (status == MR_OK && made->wake_fd < 0)
         status = error_set(
             error, MR_IO, "cannot create an eventfd (%s): link %s; check the limits of this system",
-            strerror(errno), link_spec(link));
+            strerror(errno), link_get_spec(link));
     if (status == MR_OK && !made->is_recording) {
         int code = pthread_create(&made->thread, NULL, run_reader_thread, made);
         made->is_thread_started = code == 0;
@@ -576,7 +576,7 @@ enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t c
             status =
                 error_set(error, MR_IO,
                           "cannot create a thread (%s): link %s; check the limits of this system",
-                          strerror(code), link_spec(link));
+                          strerror(code), link_get_spec(link));
     }
     if (status != MR_OK) {
         link_reader_close(made);

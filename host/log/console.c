@@ -54,7 +54,7 @@ void logger_note_link_faults(struct logger *logger, unsigned link)
         logger_clear_progress(logger);
         logger->reported_fault_count[link][i] = counters->fault_count[i];
         logger->last_fault_report_us[link][i] = now_us;
-        cli_note(logger->cli, "%s: %s: %llu", link_spec(logger->link[link]), link_fault_text(i),
+        cli_note(logger->cli, "%s: %s: %llu", link_get_spec(logger->link[link]), link_fault_text(i),
                  (unsigned long long)more);
     }
 }
@@ -68,8 +68,9 @@ static enum mr_status set_different_boards_error(const struct logger *logger, st
     return error_set(error, MR_IO,
                      "CAN and serial line have different boards: CAN base 0x%03x has %s, the "
                      "serial line has %s; swap the serial lines or the bases: %s, %s",
-                     logger->can_base, p.can_uid, p.serial_uid, link_spec(logger->link[LINK_CAN]),
-                     link_spec(logger->link[LINK_SERIAL]));
+                     logger->can_base, p.can_uid, p.serial_uid,
+                     link_get_spec(logger->link[LINK_CAN]),
+                     link_get_spec(logger->link[LINK_SERIAL]));
 }
 
 void logger_note_different_boards(struct logger *logger)
@@ -97,7 +98,7 @@ void logger_note_other_board(struct logger *logger, const struct link_frame *fra
         logger_clear_progress(logger);
         cli_note(logger->cli,
                  "another board sends on this bus and is not logged: base 0x%03x of %s",
-                 logger->other_board_base, link_spec(logger->link[LINK_CAN]));
+                 logger->other_board_base, link_get_spec(logger->link[LINK_CAN]));
     } else if (frame->id >= MR_ID_HELLO && frame->id - MR_ID_HELLO <= MR_CAN_BASE_MAX &&
                mr_message_decode(&message, MR_ID_HELLO, frame->data, frame->length) == MR_OK &&
                message.as.hello.layout == MR_LAYOUT) {
@@ -428,7 +429,8 @@ enum mr_status logger_check_received(const struct logger *logger, struct error *
             return error_set(error, MR_MALFORMED,
                              "no data from a matrig board: %s%s%s; check that the link leads to "
                              "the board and that the bit rate is right",
-                             can ? link_spec(can) : "", and, serial ? link_spec(serial) : "");
+                             can ? link_get_spec(can) : "", and,
+                             serial ? link_get_spec(serial) : "");
     }
     diagnose_links(logger, &link);
     return link_set_no_board_error(link, error);
@@ -531,7 +533,7 @@ static void note_silence(struct logger *logger, const char *state, uint64_t now_
                      lost ? "%s receives no more data, but the other link does: check the cable of "
                             "the silent link"
                           : "%s: data from the board is received again",
-                     link_spec(logger->link[link]));
+                     link_get_spec(logger->link[link]));
         }
         logger->link_silence_reported[link] = lost;
     }

@@ -224,7 +224,7 @@ static void check_file(struct watch *watch, uint64_t at_us, bool now)
 {
     char path[sizeof watch->campaign_path];
     pthread_mutex_lock(&watch->lock);
-    bool must_check = now || at_us - watch->file_checked_us >= FILE_CHECK_PERIOD_US;
+    bool must_check = now || at_us - watch->last_file_check_us >= FILE_CHECK_PERIOD_US;
     struct store_file_identity identity = watch->file_identity;
     memcpy(path, watch->campaign_path, sizeof path);
     pthread_mutex_unlock(&watch->lock);
@@ -232,7 +232,7 @@ static void check_file(struct watch *watch, uint64_t at_us, bool now)
         return;
     enum store_file_state place = store_check_file_identity(path, &identity);
     pthread_mutex_lock(&watch->lock);
-    watch->file_checked_us = at_us;
+    watch->last_file_check_us = at_us;
     if (strcmp(path, watch->campaign_path) == 0 &&
         identity.file_inode == watch->file_identity.file_inode)
         watch->file_state = place;

@@ -43,7 +43,7 @@ struct watch {
     char campaign_path[4096];
     struct store_file_identity file_identity;
     enum store_file_state file_state;
-    uint64_t file_checked_us;
+    uint64_t last_file_check_us;
 
     enum watch_cause reported_cause; /* cause of the delay that was last reported to the user */
     uint64_t reported_us;

@@ -119,8 +119,8 @@ void push_add_law(struct answer *answer, const struct push_ground *ground,
         answer_add_sentence(
             answer, NULL,
             "In these tests, %.4g lb pressed %u mat%s, which moved as one (--mats). Their total "
-            "stiffness is %.4g lb/in; gear_k_lb_ft is the stiffness of one mat: 12 in/ft / %u of "
-            "the total. A contact area of a different length gives a different k.",
+            "stiffness is %.4g lb/in; gear_k_lb_ft is the stiffness of one mat in lb/ft: 12 times "
+            "the total, divided by %u. A contact area of a different length gives another value.",
             ground->axle_load_lb, setting->mat_count, setting->mat_count == 1 ? "" : "s",
             k->value * setting->mat_count / IN_PER_FT, setting->mat_count);
     if (!isnan(k->value) && setting->mat_count == 1)
@@ -329,13 +329,12 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
     struct push_interval ln = make_interval(&p, 0);
     size_t more = p.count - p.term_count;
     ground->k_lb_ft.interval = (struct push_interval){exp(ln.value), exp(ln.low), exp(ln.high)};
-    snprintf(
-        ground->k_lb_ft.reason, PUSH_REASON_SIZE, "%zu push test%s, %s", p.count,
-        p.count == 1 ? "" : "s",
-        more >= 2 ? "which includes the variation between places"
-        : p.spread > 0
-            ? "which contradict each other"
-            : "valid for these places only: three or more tests show the variation between places");
+    snprintf(ground->k_lb_ft.reason, PUSH_REASON_SIZE, "%zu push test%s, %s", p.count,
+             p.count == 1 ? "" : "s",
+             more >= 2      ? "which includes the variation between places"
+             : p.spread > 0 ? "which contradict each other"
+                            : "valid only for the tested places; three or more tests are needed to "
+                              "estimate the variation between places");
     if (more >= 2)
         ground->spread = p.spread;
     if (!two) {

@@ -277,7 +277,7 @@ static void write_cumulative_displacement(const struct report *report, FILE *out
     fputs("<h3>Peak movement</h3>\n", out);
     draw_profiles(out, profile, report->landings, "peak movement",
                   "peak movement against station, one line per landing",
-                  "Largest movement during each landing against station.", si);
+                  "Largest movement during each landing, plotted over the station.", si);
     free(profile);
     free(last);
 }

@@ -130,10 +130,10 @@ static void add_cheapest_runs(struct answer *answer, const struct error_study *s
     answer_open_table(
         answer, NULL,
         study->has_lift
-            ? "shortest run time (ms) with an error of lift not above the column heading (fixed "
-              "steps: the largest error of a step and of its two neighbours)"
-            : "shortest run time (ms) with an error of u not above the column heading (fixed "
-              "steps: the largest error of a step and of its two neighbours)");
+            ? "shortest run time (ms) for which the error of the lift is at most the value in the "
+              "heading (fixed steps: the largest error of three neighbouring steps)"
+            : "shortest run time (ms) for which the error of u is at most the value in the "
+              "heading (fixed steps: the largest error of three neighbouring steps)");
     for (size_t i = 0; i <= count; i++) {
         answer_open_row(answer);
         answer_add_text(answer, NULL, "solver", "%s", i < count ? names[i] : "cheapest");

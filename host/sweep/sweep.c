@@ -353,14 +353,15 @@ static enum mr_status read_axis_factors(struct sweep *sweep, struct sweep_axis *
         return check_varied_key(sweep, where, axis->name, error);
     if (!json_is_object(axis->factors) || json_object_size(axis->factors) == 0)
         return error_set(error, MR_MALFORMED,
-                         "wrong type: %s: set; give {\"KEY\": FACTOR} or {\"KEY\": [FACTOR, ...]}",
+                         "wrong type: %s: value of the key set; give {\"KEY\": FACTOR} or "
+                         "{\"KEY\": [FACTOR, ...]}",
                          where);
     json_object_foreach(axis->factors, key, factor)
     {
         if (!is_scale_factor(factor))
             return error_set(error, MR_MALFORMED,
-                             "wrong type: %s: set %s; give a number or a list of numbers", where,
-                             key);
+                             "wrong type: %s: key %s of set; give a number or a list of numbers",
+                             where, key);
         if (check_varied_key(sweep, where, key, error) != MR_OK)
             return error->status;
     }

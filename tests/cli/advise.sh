@@ -134,7 +134,7 @@ assert abs(d["coasting_speed_ft_s"] - 28 / 2 ** 0.5) < 1e-3, d["coasting_speed_f
 }
 relation_without_records() { # refused before the minutes of work, with what to record
     fails_with 5 'too few landings for --temperature: only 0 landings have temperature_f and brake=none, but 3 are needed; record these conditions with matrig record .* conditions RUN temperature_f=VALUE brake=none$' $matrig advise "$db" $plan --temperature 72 &&
-        fails_with 5 'too few landings for --release: 0 ' $matrig advise "$db" $plan --release 10ft
+        fails_with 5 'too few landings for --release: only 0 ' $matrig advise "$db" $plan --release 10ft
 }
 check "a relation without records is refused" relation_without_records
 # After landing 5 mats are closed; newly laid ones are not. Open damage, a withdrawn record and new rivets change nothing.

@@ -72,19 +72,19 @@ given_twice() {
         fails_with 2 '--trace is given twice' $board --trace --elf $elf --trace
 }
 same_path() {
-    fails_with 2 '--can and --serial are both .*/x; give two different files' \
+    fails_with 2 '--can and --serial have the same file .*/x; give two different files' \
         $board --elf $elf --can "file:$tmp/x" --serial "unix:$tmp/x" --for 1 &&
         cp tests/runs/landing1.run "$tmp/some.run" &&
-        fails_with 2 '--rig and --serial are both .*some.run' $board --elf $elf --rig "$tmp/some.run" --serial "file:$tmp/some.run" &&
+        fails_with 2 '--rig and --serial have the same file .*some.run' $board --elf $elf --rig "$tmp/some.run" --serial "file:$tmp/some.run" &&
         cmp tests/runs/landing1.run "$tmp/some.run" &&
         $board --elf $elf --can file:/dev/null --serial file:/dev/null --for 0.1
 }
 same_file() { # an input under two names, and records over what cannot be made again
     cp tests/runs/landing1.run "$tmp/one.run" && ln -f "$tmp/one.run" "$tmp/other.run" &&
         printf 'SQLite format 3\0 and so on' >"$tmp/campaign.db" && cp "$tmp/campaign.db" "$tmp/campaign.copy" &&
-        fails_with 2 '--rig and --vcd are both' $board --elf $elf --rig "$tmp/one.run" --vcd "$tmp/other.run" &&
-        fails_with 2 '--replay and --vcd are both' $board --elf $elf --replay "$tmp/one.run" --vcd "$tmp/one.run" &&
-        fails_with 2 '--can and --gdb are both' $board --elf $elf --can "unix:$tmp/s" --gdb "unix:$tmp/s" &&
+        fails_with 2 '--rig and --vcd have the same file' $board --elf $elf --rig "$tmp/one.run" --vcd "$tmp/other.run" &&
+        fails_with 2 '--replay and --vcd have the same file' $board --elf $elf --replay "$tmp/one.run" --vcd "$tmp/one.run" &&
+        fails_with 2 '--can and --gdb have the same file' $board --elf $elf --can "unix:$tmp/s" --gdb "unix:$tmp/s" &&
         fails_with 2 '--profile would overwrite a database' $board --elf $elf --profile "$tmp/campaign.db" &&
         fails_with 2 '--vcd would overwrite a database' $board --elf $elf --vcd "$tmp/campaign.db" &&
         ln -sf campaign.db "$tmp/linked" && fails_with 2 '--profile would overwrite a database' $board --elf $elf --profile "$tmp/linked" &&

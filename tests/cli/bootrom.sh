@@ -68,6 +68,6 @@ check "erase, write, verify, go: the firmware says hello" programs_and_goes
 check "the flash file alone boots" boots_from_file
 check "an ELF over a flash file spares the configuration" elf_spares_configuration
 check "no firmware, no boot ROM" fails_with 3 "no firmware: the reset vector is 0xffffffff" build/matrig-board --flash "$tmp/none"
-check "a database is no flash file" fails_with 4 "said.db: a database" build/matrig-board --flash "$tmp/said.db"
+check "a database is no flash file" fails_with 4 "said.db: the file is a database" build/matrig-board --flash "$tmp/said.db"
 check "parity that is none" fails_with 2 "--parity cannot be .mark." build/matrig-board --boot0 --parity mark
 finish

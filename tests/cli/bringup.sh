@@ -100,7 +100,7 @@ low_speed 47.1 wrong
 L
 }
 missing_is_wrong() { reseal zg changed '/^watchdog /d' && ! judge changed >"$tmp/out" && grep -q '^  wrong  *watchdog  *not reported ' "$tmp/out"; }
-unknown_is_looked_at() { reseal zg changed 's/^low_speed/oxygen/' && ! judge changed >"$tmp/out" && grep -q '^look: oxygen: unknown line' "$tmp/out"; }
+unknown_is_looked_at() { reseal zg changed 's/^low_speed/oxygen/' && ! judge changed >"$tmp/out" && grep -q '^look: oxygen: unknown line of' "$tmp/out"; }
 cut_and_damaged() {
     sed '/^can_errors/,$d' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'the output stopped in section report after [0-9]+ lines; check cable' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
         sed '/^can_errors/d' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'only 96 of 97 lines were received' build/matrig board --serial "file:$tmp/bad.txt" bringup &&

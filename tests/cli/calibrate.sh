@@ -135,8 +135,8 @@ a_series_only() {
 certificate_without_points() { # of the sensor that is fitted, or the one named; half a certificate is none, and changes nothing
     local whole='number=2026-4711, laboratory=Metrology Lab, calibrated=2026-03-02, due=2027-03-01, uncertainty=0.05mm, coverage=2'
     $matrig calibrate d3 --db "$tmp/c.db" --sensor ET-17 --certificate "$whole" && fails_with 2 'incomplete' $matrig calibrate d3 --db "$tmp/c.db" --certificate "${whole#*, }" &&
-        fails_with 2 "not valid: 'due=2026-01-01'" $matrig calibrate d3 --db "$tmp/c.db" --certificate "${whole/2027-03-01/2026-01-01}" && fails_with 2 'and --db DB only work together' $matrig calibrate d3 --certificate "$whole" &&
-        fails_with 2 'not valid' $matrig calibrate d1 --points "$tmp/points.csv" --config "$tmp/rig.cfg" -o "$tmp/not.cfg" --db "$tmp/c.db" --certificate "number=1, x=2" && [ ! -e "$tmp/not.cfg" ] &&
+        fails_with 2 "cannot have the value 'due=2026-01-01'" $matrig calibrate d3 --db "$tmp/c.db" --certificate "${whole/2027-03-01/2026-01-01}" && fails_with 2 'and --db DB only work together' $matrig calibrate d3 --certificate "$whole" &&
+        fails_with 2 'cannot have the value' $matrig calibrate d1 --points "$tmp/points.csv" --config "$tmp/rig.cfg" -o "$tmp/not.cfg" --db "$tmp/c.db" --certificate "number=1, x=2" && [ ! -e "$tmp/not.cfg" ] &&
         [ "$(sqlite3 "$tmp/c.db" "select group_concat(idx||' '||number||' '||sensor||' '||round(expanded*25.4, 4)) from certificates")" = '2 2026-4711 ET-17 0.05' ]
 }
 silly() {
@@ -162,7 +162,7 @@ begins_with_a_mark() {
     for file in points.csv rig.cfg; do printf '\357\273\277' | cat - "$tmp/$file" >"$tmp/marked-$file"; done
     $matrig calibrate t2 --points "$tmp/marked-points.csv" --config "$tmp/marked-rig.cfg" -o "$tmp/marked.cfg" --sensor SG-0042 --days 30 --known 0.05 >/dev/null && cmp "$tmp/marked.cfg" "$tmp/new.cfg" || return 1
     iconv -t UTF-16 "$tmp/points.csv" >"$tmp/wide.csv"
-    fails_with 4 'a text in UTF-16, not a file of points: .*wide.csv; save it as' $matrig calibrate t2 --points "$tmp/wide.csv" --config "$tmp/rig.cfg"
+    fails_with 4 'a text in UTF-16, not a file of points: .*wide.csv; save the text as' $matrig calibrate t2 --points "$tmp/wide.csv" --config "$tmp/rig.cfg"
 }
 check "a configuration to begin with" gets_a_configuration
 check "from a file of points" from_points

@@ -190,7 +190,7 @@ P
 check "another program's order is refused, and the log says why" said "another program sent \"disarm\"; the board refused it: the command needs the board's key"
 await eval '[ "$(sqlite3 "$work/x.db" "select count(*) from runways" 2>/dev/null)" = 1 ]' # whole: a replay begins with it
 echo disarm >&8
-said 'disarm\?' && echo yes >&8
+said 'disarm the board\?' && echo yes >&8
 check "the log disarms" said 'matrig: disarmed'
 kill -INT $log
 wait $log

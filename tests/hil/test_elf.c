@@ -87,7 +87,7 @@ TEST(test_headers_in_first_segment)
     hil_board_destroy(board);
     /* what is linked for behind the headers has no vector table, but they are no such either */
     expect(with_headers(0x200, 0x08000200), MR_VERSION,
-           "no vector table at 0x08000000; the headers of the file");
+           "no vector table at 0x08000000; link with -n, because the headers of the file");
 }
 
 TEST(test_missing)

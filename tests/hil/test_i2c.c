@@ -439,5 +439,6 @@ TEST_IN(clocks_that_the_bus_does_not_allow_end_the_run, wake, put_away)
         assert_string_equal(hil_board_failure_reason(board), "");
     }
     start_at(1u << 15 | 12u);
-    ends_the_run("rule SCL_PERIOD: period of SCL at the thermometer: 2250.0 ns, required 2500.0");
+    ends_the_run(
+        "rule SCL_PERIOD: period of SCL at the thermometer: measured 2250.0 ns, required 2500.0");
 }

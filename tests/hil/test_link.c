@@ -157,7 +157,7 @@ TEST(test_refusals)
         {"unix:" BENCH_SCRATCH
          "/aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa"
          "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa",
-         MR_USAGE, "at most 107"},
+         MR_USAGE, "only 107 are allowed"},
         {"unix:" BENCH_SCRATCH "/no/such/folder", MR_IO, "cannot listen"},
         {"unix:" BENCH_SCRATCH "/marker", MR_IO, "not a socket"},
         {"file:" BENCH_SCRATCH "/no/such/folder", MR_IO, "cannot write"},

@@ -169,7 +169,7 @@ TEST(what_is_none_is_refused)
     refused("edge 70\nedge 70\n", true, MR_MALFORMED,
             "test.replay:3: expected ticks in ascending order");
     refused("frame 70\nframe 84069\n", true, MR_MALFORMED, "at least 84000 apart");
-    refused("command 7 1 0 0 0\ncommand 6 1 0 0 0\n", true, MR_MALFORMED, "in order of time");
+    refused("command 7 1 0 0 0\ncommand 6 1 0 0 0\n", true, MR_MALFORMED, "with blocks in order");
     refused("block 00zz\n", true, MR_MALFORMED, "not a block record of this layout");
     refused("block 0011\n", true, MR_MALFORMED, "not a block record of this layout");
     refused(block_line(5, 2352), true, MR_MALFORMED, "block 5 cannot begin at tick 2352");

@@ -325,8 +325,8 @@ TEST(each_rule_stops_who_breaks_it)
         const char *measured;
     } cases[] = {
         {0, 0, NULL, NULL},
-        {1, 0, "SELECT_HIGH", ": 2.0 ns (4 ns of slew subtracted), required 50.0"},
-        {2, 0, "SELECT_HIGH_READS", ": 2.0 ns (4 ns of slew subtracted), required 10.0"},
+        {1, 0, "SELECT_HIGH", ": measured 2.0 ns (4 ns of slew subtracted), required 50.0"},
+        {2, 0, "SELECT_HIGH_READS", ": measured 2.0 ns (4 ns of slew subtracted), required 10.0"},
         {3, 0, "SELECT_TO_CLOCK", "required 5.0"},
         {5, 0, "CLOCK_SLEW", "125.0 ns, required 250.0"},
         {6, 1, "RELEASE", "required 3000.0"},

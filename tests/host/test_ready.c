@@ -72,7 +72,7 @@ static int all_well(void **state)
     f.temperature.temperature_c = 21.0f;
     f.can_frame_count = 1000;
     f.serial_frame_count = 2000;
-    f.landing_bytes = 3e6;
+    f.bytes_per_landing = 3e6;
     f.free_bytes = 30e6;
     return 0;
 }

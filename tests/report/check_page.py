@@ -223,7 +223,7 @@ def predictor():
     told = summed["start of zone (ft)"], summed["end of zone (ft)"]
     check("the summary has the zone warned of", told == longest, told, longest)
     check("so has the front", ", %s to %s ft" % longest in re.search(r"<dt>zone warned of</dt><dd>(.*?)</dd>", page, re.S).group(1).replace("&plusmn;", "±").replace("&nbsp;", " "))
-    check("and in words", re.search(r">warned %.3f s after touchdown, decided in block %d<.*?<dt>closed mats</dt><dd>%d</dd>" % (warned_s, block, mats), section("run1"), re.S))
+    check("and in words", re.search(r">warned %.3f s after touchdown, decided in block %d<.*?<dt>closed zone, mats</dt><dd>%d</dd>" % (warned_s, block, mats), section("run1"), re.S))
 
 
 def provenance():
