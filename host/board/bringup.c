@@ -297,7 +297,7 @@ static enum mr_status wait_for_bringup_section(struct receiver *l, struct link *
         *from = section ? find_complete_section(l, section) : find_line(l->text, answer);
         if (*from)
             return MR_OK;
-        if (find_line(l->text, "the boot ROM does not listen on this port"))
+        if (find_line(l->text, "the boot ROM does not listen here"))
             return error_set(error, MR_NOT_NOW,
                              "the boot ROM of this board cannot be reached on this port: %s; flash "
                              "the board as described in docs/howto/flash.md",

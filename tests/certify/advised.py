@@ -22,8 +22,8 @@ This page shows the advice of `matrig advise --before RUN` for each landing of t
 decelerations from the 1973 report. The plan for `advise` consists of the measured speed and the mean braking of the landing. `advise` assumes that the braking stays within 10 %
 of this mean. `advise` knows the friction, the survey and the earlier landings, but not the modification (bands, cleats, ...).
 
-In 1973 these series buckled: standard in landing 5, grit in 4, cleats in 8, stiffeners in 4. The other series did not buckle. In bands-off, the series without
-bands, the mat moved several times as far as with bands (report, 4.2 to 5.6). These outcomes are for comparison only, because the thrust, ground and mats of 1973 are
+In 1973 these series buckled: standard in landing 5, grit in 4, cleats in 8, stiffeners in 4. In the other series, the mat did not buckle. Without bands
+(series bands-off), the mat moved several times as far as with bands (sections 4.2 to 5.6). These outcomes are for comparison only, because the thrust, ground and mats of 1973 are
 unknown.
 
 The [demo](demo.md) has a lower probability for standard-5, because plan, landings and surveys differ.
