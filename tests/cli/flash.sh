@@ -51,7 +51,7 @@ flashes() { # FILE: the whole of it; the board runs it; the configuration is as 
 from_the_firmware() {
     start_board && flash $firmware/matrig.bin && grep -q 'already runs this image' "$tmp/said" || return 1
     cp $firmware/matrig.elf "$tmp/other.elf" && build/firmware/stamp "$tmp/other.elf" 0123456789ab-dirty &&
-        flash "$tmp/other.elf" && grep -q 'the program is the same, but header' "$tmp/err" &&
+        flash "$tmp/other.elf" && grep -q 'the program is that of the image, but the header' "$tmp/err" &&
         grep -q '^commit  *0123456789ab-dirty$' "$tmp/said" && grep -q 'board  *runs it' "$tmp/said" && stop_board && configuration_kept
 }
 compares() { # the board with files
