@@ -53,7 +53,7 @@ without_a_unit_it_is_refused() {
     refuses d3 4 'the first line has no column names: .*points.csv, line 1; name the columns: mm,codes' || return 1
     printf 'value,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv" && refuses d3 4 'points.csv, line 2; ' || return 1
     printf 'lb,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv"
-    refuses d3 4 'the unit of the values is of the wrong kind: .*use in, mm, cm, m or ft for a transducer'
+    refuses d3 4 'the unit of the values does not belong to this channel: .*use in, mm, cm, m or ft for a transducer'
 }
 an_odd_name_is_refused() { # a unit that matrig does not know, or one that is scaled
     local name

@@ -175,7 +175,7 @@ TEST(never_another_unit)
     refused("3 mm2x", "in2", NULL, "unknown unit", "in2");
     refused("3 lb", "", NULL, "unexpected unit", "number without a unit");
     refused("3", "in", "", "a number without a unit", "mm");
-    refused("3 kB", "MB", NULL, "unknown unit", "number without a unit, in MB");
+    refused("3 kB", "MB", NULL, "unknown unit", "number alone; it is in MB");
 }
 
 TEST(a_comma_is_refused_with_a_word)
