@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/stat.h>
 
 #include "common/decimal.h"
 #include "host/analyse/rig.h"
@@ -158,6 +159,10 @@ enum mr_status inspection_parse_number(const struct inspection_field *field, con
     char part[2][120];
     const char *unit[2], *own = quantity_unit_from_name(field->name);
     const char *sign = strstr(text, "+-") ?: strstr(text, "\xc2\xb1") ?: strstr(text, "+/-");
+    if (strlen(text) >= 60)
+        return error_set(error, MR_USAGE,
+                         "the value of %s is too long: '%.40s...'; give a number and its unit",
+                         field->name, text);
     snprintf(part[0], 60, "%.*s", sign ? (int)(sign - text) : 59, text);
     snprintf(part[1], 60, "%s", sign ? sign + 2 + (sign[1] == '/') : "0");
     for (int i = 0; i < 2; i++) {
@@ -244,11 +249,18 @@ const char *inspection_picture_format(const char *path)
     return NULL;
 }
 
+/* Computes the SHA-256 of a regular file; false: it cannot be read. */
+static bool compute_digest(const char *path, char digest[SHA256_DIGEST_STRING_LENGTH])
+{
+    struct stat info;
+    return stat(path, &info) == 0 && S_ISREG(info.st_mode) && SHA256File(path, digest);
+}
+
 static enum mr_status read_picture(const struct inspection_field *field, const char *text,
                                    json_t *values, struct error *error)
 {
     char digest[SHA256_DIGEST_STRING_LENGTH], *path = realpath(text, NULL);
-    if (!path || !SHA256File(path, digest))
+    if (!path || !compute_digest(path, digest))
         error_set(error, MR_IO, "cannot read %s (given for %s); check the path", text, field->name);
     else if (!inspection_picture_format(path))
         error_set(
@@ -330,7 +342,7 @@ char *inspection_find_picture(const struct inspections *all, const struct inspec
                *was = json_string_value(json_object_get(entry->values, "file_sha256"));
     char digest[SHA256_DIGEST_STRING_LENGTH];
     char *path = xasprintf("%s%s", file && file[0] == '/' ? "" : all->folder, file ? file : "-");
-    const bool is_there = SHA256File(path, digest) != NULL;
+    const bool is_there = compute_digest(path, digest);
     if (is_there && was && strcmp(digest, was) == 0)
         return path;
     error_set(error, MR_IO,

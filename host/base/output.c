@@ -18,17 +18,20 @@
 
 /* True if the file is a database. An output file never replaces a database, because its landings
  * cannot be repeated. Only a regular file is read: reading a pipe or a terminal would block. */
-bool output_is_database(const char *path)
+static bool begins_with(const char *path, const char *magic, size_t length)
 {
-    static const char magic[16] = "SQLite format 3";
-    char begins[sizeof magic];
+    char begins[16];
     struct stat kind;
     FILE *file = stat(path, &kind) == 0 && S_ISREG(kind.st_mode) ? fopen(path, "r") : NULL;
-    bool is = file && fread(begins, sizeof begins, 1, file) == 1 &&
-              memcmp(begins, magic, sizeof magic) == 0;
+    bool is = file && fread(begins, length, 1, file) == 1 && memcmp(begins, magic, length) == 0;
     if (file)
         fclose(file);
     return is;
+}
+
+bool output_is_database(const char *path)
+{
+    return begins_with(path, "SQLite format 3", 16);
 }
 
 enum mr_status output_check_file_format(const char *path, const char *wanted, struct error *error)
@@ -150,7 +153,9 @@ enum mr_status output_check_new(const char *path, bool force, struct error *erro
 /* Fails if the regular file `target` may not be replaced. `path` is the name that the user gave. */
 static enum mr_status check_replaceable(const char *path, const char *target, struct error *error)
 {
-    if (!output_is_database(target))
+    /* SQLite's write-ahead log and rollback journal have parts of a database */
+    if (!output_is_database(target) && !begins_with(target, "\x37\x7f\x06\x82", 4) &&
+        !begins_with(target, "\x37\x7f\x06\x83", 4) && !begins_with(target, "\xd9\xd5\x05\xf9", 4))
         return MR_OK;
     return error_set(error, MR_USAGE,
                      "would overwrite a database: %s; give a different file for the output", path);

@@ -79,8 +79,27 @@ static void read_place(const struct request *r, struct store *store, struct stor
     else if (r->kind->place == INSPECTION_LANDING)
         (void)(parse_run(r->place, &row->run, error) ?: store_find_run(store, &row->run, error)
                    ?: store_landing_get(store, row->run, &landing, error));
-    else if (r->place && inspection_parse_number(place, r->place, &number, error) == MR_OK)
+    else if (r->place && inspection_parse_number(place, r->place, &number, error) == MR_OK &&
+             number.error > 0.0)
+        error_set(error, MR_USAGE, "a place has no standard error: '%s'; give only the number",
+                  r->place);
+    else if (r->place && error->status == MR_OK)
         row->place = number.value;
+}
+
+/* Clears a height that was measured in a picture which a correction replaces. */
+static void clear_old_height(const struct inspection *old, json_t *values, struct answer *answer)
+{
+    const json_t *digest = json_object_get(values, "file_sha256");
+    struct error none = {0};
+    if (!json_is_string(digest) || json_object_get(values, "height_ft") ||
+        !json_is_string(json_object_get(old->values, "height_ft_marks")) ||
+        json_equal(digest, json_object_get(old->values, "file_sha256")))
+        return;
+    inspection_parse_field(old->kind, "height_ft=", values, &none);
+    answer_add_sentence(answer, NULL,
+                        "The height was measured in the old picture and is removed; measure it "
+                        "again with --measure.");
 }
 
 /* Adds kept values to the record: from the newest record of its kind, of landing `run` or the
@@ -160,6 +179,8 @@ static enum mr_status add_record(const struct request *r, struct store *store,
         else
             inspection_parse_field(kind, r->field[i], values, error);
     }
+    if (old)
+        clear_old_height(old, values, answer);
     for (const struct inspection_field *field = kind->field; old && field->name; field++)
         inspection_copy_value(field, old->values, values);
     if (!old && !r->csv && error->status == MR_OK)
@@ -203,6 +224,18 @@ static void write_csv(const struct request *r, const struct inspections *all, in
     output_end(&output, fatal);
 }
 
+/* Fails for a line with a NUL or a carriage return before its end, where text would be lost. */
+static void check_line(const struct request *r, const char *line, size_t length, size_t number)
+{
+    const char *end = line + strcspn(line, "\r\n");
+    if (strlen(line) != length || end[strspn(end, "\r\n")])
+        error_set(
+            fatal, MR_MALFORMED,
+            "%s, line %zu: a NUL or carriage return inside the line; save the sheet as CSV in "
+            "UTF-8, with a line feed after each line",
+            r->csv, number);
+}
+
 /* Splits a line of a sheet. Spreadsheets may add empty cells, which are left out beyond `least`. */
 static size_t split_line(char *line, char separator, char *cell[CELLS_MAX], size_t least)
 {
@@ -220,6 +253,7 @@ static void read_csv(const struct request *r, struct store *store, struct inspec
     static char text[WORDS_MAX][4096];
     char *line = NULL, *header = NULL, *head[CELLS_MAX], *cell[CELLS_MAX], separator = ',';
     size_t room = 0, columns = 0;
+    ssize_t length;
     bool has_place = !*inspection_subject(r->kind)->name;
     const char *place = inspection_subject(r->kind)->name;
     json_t *names = json_object();
@@ -228,7 +262,8 @@ static void read_csv(const struct request *r, struct store *store, struct inspec
     FILE *in = fopen(r->csv, "r");
     if (!in)
         error_set(fatal, MR_IO, "cannot open: %s; check the path", r->csv);
-    if (getline(&header, &room, in) >= 0) {
+    if ((length = getline(&header, &room, in)) >= 0) {
+        check_line(r, header, (size_t)length, 1);
         const char *first = strpbrk(header, ",;\t");
         separator = first ? *first : ',';
         columns = split_line(header + utf8_bom_length(header, strlen(header)), separator, head, 1);
@@ -240,14 +275,19 @@ static void read_csv(const struct request *r, struct store *store, struct inspec
             error_set(fatal, error.status, "%s, line 1: %s; the first line names the columns",
                       r->csv, error.text);
         has_place |= is_place;
+        for (size_t other = 0; other < c; other++)
+            if (strcasecmp(head[c], head[other]) == 0)
+                error_set(fatal, MR_MALFORMED, "%s, line 1: two columns %s; give only one", r->csv,
+                          head[c]);
     }
     if (columns && !has_place)
         error_set(fatal, MR_MALFORMED,
                   "%s, line 1: no column %s; add it, and write the place of each record in it",
                   r->csv, place);
     room = 0;
-    for (size_t number = 2; getline(&line, &room, in) >= 0; number++) {
+    for (size_t number = 2; (length = getline(&line, &room, in)) >= 0; number++) {
         struct request one = *r;
+        check_line(r, line, (size_t)length, number);
         if (!line[strspn(line, ",;\t\r\n ")])
             continue;
         size_t cells = split_line(line, separator, cell, columns);
@@ -341,6 +381,7 @@ static void check_request(const struct request *r)
         {r->reason && !text_is_plain(r->reason), "not a text: give one line of UTF-8 for --reason"},
         {!r->kind && !r->correct && !r->measure && (r->fields || r->csv || r->path),
          "no kind: give matrig record DB KIND; matrig record --kinds lists the kinds"},
+        {r->compare && r->kind, "unexpected KIND: --compare compares the records of all kinds"},
         {r->compare && !r->place, "one landing only: give matrig record DB --compare RUN RUN"},
         {r->correct && !r->fields, "no field: --correct N needs FIELD=VALUE"},
         {(r->correct || r->withdraw) && (r->kind || r->place),

@@ -457,4 +457,25 @@ check "the header of a sheet is checked" headers
 check "a sheet from a spreadsheet program" from_a_spreadsheet
 check "slips are refused with the near word" slips
 check "limits have their sources" kinds
+lost_text() { # of a sheet: a carriage return or NUL inside a line, a column twice
+    local rest='mat,joint_lb_in\r\n' n=$tmp/lost.csv
+    printf "${rest}90,12.5\r91,9\r\n" >"$n" && fails_with 4 'line 2: a NUL or carriage return' $matrig --quiet record "$tmp/lost.db" mat --csv "$n" &&
+        printf "${rest}90,12.5\r\n91,9\0,99\r\n" >"$n" && fails_with 4 'line 3: a NUL or carriage return' $matrig --quiet record "$tmp/lost.db" mat --csv "$n" &&
+        printf 'mat,joint_lb_in,mat\n70,12.5,71\n' >"$n" && fails_with 4 'line 1: two columns mat' $matrig --quiet record "$tmp/lost.db" mat --csv "$n" &&
+        ! sqlite3 "$tmp/lost.db" 'select 1 from records' 2>/dev/null | grep 1 && fails_with 2 'a place has no standard error' $matrig --quiet record "$tmp/lost.db" subgrade '41+-3' cbr_percent=12 || return 1
+    fails_with 2 'the value of joint_lb_in is too long' $matrig --quiet record "$tmp/lost.db" mat 14 joint_lb_in="12.5$(printf %61s)kN/m" &&
+        printf '\x37\x7f\x06\x82 of a write-ahead log' >"$tmp/lost-wal.csv" && fails_with 2 'would overwrite a database' $matrig --quiet record "$tmp/lost.db" mat -o "$tmp/lost-wal.csv"
+}
+other_picture() { # has not the height that was measured in the first one
+    cp "$db" "$tmp/other.db" && printf '\xff\xd8\xff one' >"$tmp/one.jpg" && printf '\xff\xd8\xff two' >"$tmp/two.jpg" &&
+        $matrig --quiet record "$tmp/other.db" picture 1 file="$tmp/one.jpg" height_ft='2 ft +- 0.02 ft: 100,300 500,300 200,240' >/dev/null || return 1
+    local id
+    id=$(sqlite3 "$tmp/other.db" 'select max(id) from records')
+    $matrig record "$tmp/other.db" --correct "$id" file="$tmp/two.jpg" --reason 'wrong picture' | grep 'height was measured in the old picture' &&
+        $matrig --json record "$tmp/other.db" | python3 -c 'import json, sys
+r = json.load(sys.stdin)["records"]; print(r[-2:])
+assert r[-2]["fields"]["height_ft"] == 0.3 and not any("height" in k for k in r[-1]["fields"])'
+}
+check "a sheet and a value lose no text" lost_text
+check "a corrected picture has not the height of the old one" other_picture
 finish
