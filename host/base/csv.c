@@ -14,8 +14,9 @@ void csv_write_cell(FILE *out, const char *text)
 
 size_t csv_split(char *line, char separator, char *cell[], size_t most)
 {
-    size_t count = 0;
-    line[strcspn(line, "\r\n")] = '\0';
+    size_t count = 0, end = strlen(line);
+    while (end > 0 && (line[end - 1] == '\n' || line[end - 1] == '\r'))
+        line[--end] = '\0';
     for (char *p = line; count < most;) {
         char *to = p;
         bool quoted = *p == '"', open = quoted;

@@ -161,6 +161,8 @@ begins_with_a_mark() {
     local file
     for file in points.csv rig.cfg; do printf '\357\273\277' | cat - "$tmp/$file" >"$tmp/marked-$file"; done
     $matrig calibrate t2 --points "$tmp/marked-points.csv" --config "$tmp/marked-rig.cfg" -o "$tmp/marked.cfg" --sensor SG-0042 --days 30 --known 0.05 >/dev/null && cmp "$tmp/marked.cfg" "$tmp/new.cfg" || return 1
+    printf 'mm,codes\r\n0,-2000\r\n5,-1000\r10,0\r\n20,2000\r\n' >"$tmp/lone.csv" # a carriage return alone hides no point
+    fails_with 4 'more than two columns: .*lone.csv, line 3' $matrig calibrate d1 --points "$tmp/lone.csv" --config "$tmp/rig.cfg" -o "$tmp/lone.cfg" || return 1
     iconv -t UTF-16 "$tmp/points.csv" >"$tmp/wide.csv"
     fails_with 4 'a text in UTF-16, not a file of points: .*wide.csv; save the text as' $matrig calibrate t2 --points "$tmp/wide.csv" --config "$tmp/rig.cfg"
 }

@@ -106,6 +106,8 @@ sheet_faults() {
     fails_with 4 'occurs twice: .*line 3' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" || return 1
     printf 'kind,line,place,reading_in\ngap,1,0,33.5x\n' >"$tmp/bad.csv"
     fails_with 4 'not a reading: .33.5x.' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" || return 1
+    printf 'kind,line,place,reading_in\r\ngap,1,0,33.5\rgap,1,1,33.5\r\n' >"$tmp/bad.csv" # a carriage return alone hides no reading
+    fails_with 4 'more cells than .*bad.csv, line 2' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" || return 1
     printf 'kind,line,where\n' >"$tmp/bad.csv"
     fails_with 4 'no column place' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" && [ ! -e "$tmp/b.db" ]
 }
